@@ -1,0 +1,7 @@
+//! Where bonds are.
+
+mod influence;
+mod neighbourhood;
+
+pub use influence::Influence;
+pub use neighbourhood::{Bond, Neighbourhood, Shape};

@@ -1,0 +1,15 @@
+//! From an elastic stiffness tensor to the bonds of a discrete model.
+//!
+//! Data flows one way; each module uses only modules before it (a test reads this list):
+//! tensor → lattice → calibration → experiment → io.
+//!
+//! SI units throughout: Pa, m, kg/m³; angles in radians unless a name says otherwise.
+
+pub mod calibration;
+pub mod error;
+pub mod experiment;
+pub mod io;
+pub mod lattice;
+pub mod tensor;
+
+pub use error::{Error, Result};
