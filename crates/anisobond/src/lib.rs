@@ -5,11 +5,11 @@
 //!
 //! SI units throughout: Pa, m, kg/m³; angles in radians unless a name says otherwise.
 
-pub mod calibration;
 pub mod error;
+pub mod tensor;
+pub mod lattice;
+pub mod calibration;
 pub mod experiment;
 pub mod io;
-pub mod lattice;
-pub mod tensor;
 
 pub use error::{Error, Result};
