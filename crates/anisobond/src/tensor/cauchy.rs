@@ -28,19 +28,24 @@ pub const MONOMIALS: [[usize; 3]; 15] = [
 /// orders of a monomial, so that the dot product of two vectors is that of the tensors (all 81 components).
 pub type Quartic = SVector<f64, 15>;
 
-/// √(4!/(a! b! c!)) of each monomial.
+/// √(4!/(a! b! c!)) of each monomial: 1, √6, √4 and √12 for the forms 1111, 1122, 1112 and 1123.
 pub fn quartic_weights() -> Quartic {
-    let factorial = |n: usize| (1..=n).product::<usize>() as f64;
-    Quartic::from_fn(|k, _| (24.0 / MONOMIALS[k].iter().map(|&e| factorial(e)).product::<f64>()).sqrt())
+    const SQRT_6: f64 = 2.449_489_742_783_178;
+    const SQRT_12: f64 = 3.464_101_615_137_754_4;
+    Quartic::from_fn(|k, _| [1.0, SQRT_6, 2.0, SQRT_12][KIND[k]])
 }
+
+/// Which of the forms 1111, 1122, 1112, 1123 a monomial has.
+const KIND: [usize; 15] = [0, 0, 0, 1, 1, 1, 2, 2, 2, 2, 2, 2, 3, 3, 3];
 
 /// Coordinates of n⊗n⊗n⊗n. For two unit vectors, `quartic_of(n).dot(&quartic_of(m)) == (n·m)⁴`.
 pub fn quartic_of(n: &Vector3<f64>) -> Quartic {
-    let power = |x: f64, e: usize| (0..e).fold(1.0, |p, _| p * x);
+    let powers = |x: f64| [1.0, x, x * x, x * x * x, x * x * (x * x)];
+    let (x, y, z) = (powers(n[0]), powers(n[1]), powers(n[2]));
     let weights = quartic_weights();
     Quartic::from_fn(|k, _| {
         let [a, b, c] = MONOMIALS[k];
-        weights[k] * power(n[0], a) * power(n[1], b) * power(n[2], c)
+        weights[k] * x[a] * y[b] * z[c]
     })
 }
 
@@ -125,6 +130,15 @@ mod tests {
 
     fn generic() -> Stiffness {
         Stiffness::from_mandel(Matrix6::from_fn(|a, b| ((5 * a + b) as f64).sin() + ((5 * b + a) as f64).sin()))
+    }
+
+    #[test]
+    fn weights_are_the_multinomial_ones() {
+        let factorial = |n: usize| (1..=n).product::<usize>() as f64;
+        for (k, exponents) in MONOMIALS.iter().enumerate() {
+            let count = 24.0 / exponents.iter().map(|&e| factorial(e)).product::<f64>();
+            assert!((quartic_weights()[k] - count.sqrt()).abs() < 1e-15);
+        }
     }
 
     #[test]
