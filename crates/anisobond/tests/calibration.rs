@@ -52,7 +52,8 @@ fn table_1_errors_of_the_eight_symmetries() {
 fn reached_tensors_of_the_document() {
     let neighbourhood = sphere(6.0);
     let calibrator = Calibrator::new(&neighbourhood);
-    let printed: [(&str, &[(usize, usize, f64)]); 7] = [
+    type Entries = &'static [(usize, usize, f64)];
+    let printed: [(&str, Entries); 7] = [
         (
             "KIO3",
             &[(1, 2, 11.67), (2, 3, 12.67), (2, 5, -0.33), (3, 6, 0.33), (4, 6, -0.33), (5, 6, 1.0), (6, 6, 11.67)],

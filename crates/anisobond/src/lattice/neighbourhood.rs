@@ -166,7 +166,8 @@ impl Neighbourhood {
     /// # Errors
     /// A matrix that is not orthogonal to 10⁻⁹.
     pub fn rotated(&self, q: &Matrix3<f64>) -> Result<Self> {
-        if !((q * q.transpose() - Matrix3::identity()).norm() < 1e-9) {
+        let error = (q * q.transpose() - Matrix3::identity()).norm();
+        if error.is_nan() || error > 1e-9 {
             return Err(Error::input("the rotation matrix is not orthogonal", "give Q with Q·Qᵀ = 1"));
         }
         let mut turned = self.clone();
