@@ -2,10 +2,17 @@
 
 mod cauchy;
 mod class;
+mod directional;
 mod material;
+mod moduli;
 mod stiffness;
+mod turning;
+mod waves;
 
 pub use cauchy::{MONOMIALS, Quartic, cauchy_coordinates, quartic_of, quartic_weights, tensor_of};
 pub use class::{SymmetryClass, closure, project};
+pub use directional::{DirectionalExtremes, DirectionalModuli, Extreme, Extremes};
 pub use material::Material;
+pub use moduli::{AverageModuli, BulkShear, EngineeringConstants};
 pub use stiffness::{PAIRS, Stiffness, mandel_rotation, mandel_weight, row_of};
+pub use waves::{Wave, WaveExtremes};
