@@ -105,8 +105,11 @@ impl DirectionalModuli {
     /// frame (n, m) from the best of them.
     pub fn extremes(&self) -> DirectionalExtremes {
         let stiffness = Stiffness::from_mandel(nalgebra::Matrix6::from_fn(|a, b| self.s[a][b]));
-        let mut sections: Vec<Section> =
-            special_directions(&stiffness).into_iter().chain(half_sphere(DIRECTIONS)).map(|n| self.section(n)).collect();
+        let mut sections: Vec<Section> = special_directions(&stiffness)
+            .into_iter()
+            .chain(half_sphere(DIRECTIONS))
+            .map(|n| self.section(n))
+            .collect();
 
         let inverse_young = |view: &View| view.component(2, 2);
         let [soft, stiff] = self.search(&sections, |s| [s.inverse_young, s.inverse_young], inverse_young);

@@ -6,6 +6,7 @@ mod directional;
 mod material;
 mod moduli;
 mod stiffness;
+mod symmetry;
 mod turning;
 mod waves;
 
@@ -15,4 +16,5 @@ pub use directional::{DirectionalExtremes, DirectionalModuli, Extreme, Extremes}
 pub use material::Material;
 pub use moduli::{AverageModuli, BulkShear, EngineeringConstants};
 pub use stiffness::{PAIRS, Stiffness, mandel_rotation, mandel_weight, row_of};
+pub use symmetry::{ClassFit, SYMMETRY_TOLERANCE, Symmetry};
 pub use waves::{Wave, WaveExtremes};

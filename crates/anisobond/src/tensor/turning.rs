@@ -129,11 +129,7 @@ const MOST_STEPS: usize = 60;
 /// turned downhill, a step that does not descend is halved. Never ends above its start.
 ///
 /// `c` and the objective should be of order one, so that flat directions (a circle of optima) are recognised.
-pub(super) fn descend(
-    c: &Mandel,
-    start: &Matrix3<f64>,
-    objective: impl Fn(&View) -> Local,
-) -> (f64, Matrix3<f64>) {
+pub(super) fn descend(c: &Mandel, start: &Matrix3<f64>, objective: impl Fn(&View) -> Local) -> (f64, Matrix3<f64>) {
     let mut q = *start;
     let mut here = objective(&View::new(c, &q));
     for _ in 0..MOST_STEPS {
@@ -161,6 +157,9 @@ pub(super) fn descend(
 
 /// −Σ v (v·g)/|h| over the eigenpairs (h, v) of the second derivatives that are not flat.
 fn newton_step(here: &Local) -> Vector3<f64> {
+    if !here.hessian.iter().chain(here.gradient.iter()).all(|x| x.is_finite()) {
+        return Vector3::zeros();
+    }
     let eigen = SymmetricEigen::new(here.hessian);
     let flat = FLAT * eigen.eigenvalues.amax().max(f64::MIN_POSITIVE);
     let mut step = Vector3::zeros();
