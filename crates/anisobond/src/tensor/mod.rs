@@ -2,10 +2,19 @@
 
 mod cauchy;
 mod class;
+mod directional;
 mod material;
+mod moduli;
 mod stiffness;
+mod symmetry;
+mod turning;
+mod waves;
 
 pub use cauchy::{MONOMIALS, Quartic, cauchy_coordinates, quartic_of, quartic_weights, tensor_of};
 pub use class::{SymmetryClass, closure, project};
+pub use directional::{DirectionalExtremes, DirectionalModuli, Extreme, Extremes};
 pub use material::Material;
+pub use moduli::{AverageModuli, BulkShear, EngineeringConstants};
 pub use stiffness::{PAIRS, Stiffness, mandel_rotation, mandel_weight, row_of};
+pub use symmetry::{ClassFit, SYMMETRY_TOLERANCE, Symmetry};
+pub use waves::{Wave, WaveExtremes};

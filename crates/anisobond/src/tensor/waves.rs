@@ -1,0 +1,230 @@
+//! Plane waves: Christoffel's tensor, speeds and polarisations, and their extremes over all directions.
+
+use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+use serde::Serialize;
+
+use super::directional::{Extreme, Extremes, oriented};
+use super::stiffness::Stiffness;
+use super::turning::{frame_of, half_sphere, special_directions};
+use crate::{Error, Result};
+
+/// One of the three plane waves of a direction.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Wave {
+    /// Phase speed (m/s).
+    pub speed: f64,
+    /// Unit direction of the displacement, its first component that is not zero positive.
+    pub polarisation: [f64; 3],
+}
+
+/// Extremes over all directions of the three phase speeds (m/s).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct WaveExtremes {
+    /// The slowest of the three waves (a shear wave, usually).
+    pub slow: Extremes,
+    /// The wave between.
+    pub intermediate: Extremes,
+    /// The fastest of the three waves (a pressure wave, usually).
+    pub fast: Extremes,
+}
+
+impl Stiffness {
+    /// Christoffel's tensor Γ_ik = C_ijkl n_j n_l (Pa) of the unit direction n.
+    pub fn christoffel(&self, n: &Vector3<f64>) -> Matrix3<f64> {
+        Matrix3::from_fn(|i, k| {
+            let mut sum = 0.0;
+            for j in 0..3 {
+                for l in 0..3 {
+                    sum += self.component(i, j, k, l) * n[j] * n[l];
+                }
+            }
+            sum
+        })
+    }
+
+    /// The three plane waves along n (any length), slowest first: ρ c² u = Γ u, ρ the density (kg/m³).
+    ///
+    /// # Errors
+    /// A density that is not positive, a direction that is zero, or a Γ that is not positive semidefinite.
+    pub fn waves(&self, n: &Vector3<f64>, density: f64) -> Result<[Wave; 3]> {
+        require_density(density)?;
+        let n = n
+            .try_normalize(0.0)
+            .filter(|n| n.iter().all(|x| x.is_finite()))
+            .ok_or_else(|| Error::input("the wave's direction is zero", "give a direction of any length but zero"))?;
+        let eigen = SymmetricEigen::new(self.christoffel(&n));
+        let mut order = [0, 1, 2];
+        order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
+        let (least, most) = (eigen.eigenvalues[order[0]], eigen.eigenvalues[order[2]]);
+        if !(least >= -1e-13 * most.abs()) {
+            return Err(Error::input(
+                format!("no wave travels along ({:.3} {:.3} {:.3}): ρc² would be {least:e} Pa", n[0], n[1], n[2]),
+                "give a stiffness that is positive definite",
+            ));
+        }
+        Ok(order.map(|k| Wave {
+            speed: (eigen.eigenvalues[k].max(0.0) / density).sqrt(),
+            polarisation: oriented(&eigen.eigenvectors.column(k).into_owned()),
+        }))
+    }
+
+    /// The extremes over all directions of the slowest, the intermediate and the fastest wave, by a search over the
+    /// half sphere and a pattern search from the best directions. The speeds are accurate to about 10⁻¹², also where
+    /// two of them meet in a cone and have no gradient.
+    ///
+    /// # Errors
+    /// A density that is not positive, or a tensor that is not positive definite.
+    pub fn wave_extremes(&self, density: f64) -> Result<WaveExtremes> {
+        require_density(density)?;
+        self.require_positive_definite()?;
+        let samples: Vec<(Vector3<f64>, [f64; 3])> = special_directions(self)
+            .into_iter()
+            .chain(half_sphere(DIRECTIONS))
+            .map(|n| (n, self.christoffel_eigenvalues(&n)))
+            .collect();
+        let extreme = |branch: usize, sign: f64| {
+            let mut order: Vec<usize> = (0..samples.len()).collect();
+            order.sort_by(|&a, &b| (sign * samples[a].1[branch]).total_cmp(&(sign * samples[b].1[branch])));
+            let mut starts: Vec<usize> = Vec::with_capacity(STARTS);
+            for &i in &order {
+                if !starts.iter().any(|&j: &usize| samples[i].0.dot(&samples[j].0).abs() > NEAR_COSINE) {
+                    starts.push(i);
+                }
+                if starts.len() == STARTS {
+                    break;
+                }
+            }
+            starts.sort_unstable();
+            let mut best = (f64::INFINITY, Vector3::x());
+            for i in starts {
+                let (value, n) = pattern_search(samples[i].0, |n| sign * self.christoffel_eigenvalues(n)[branch]);
+                if value < best.0 - 1e-13 * value.abs() || !best.0.is_finite() {
+                    best = (value, n);
+                }
+            }
+            Extreme { value: (sign * best.0 / density).sqrt(), direction: oriented(&best.1), transverse: None }
+        };
+        let [slow, intermediate, fast] =
+            [0, 1, 2].map(|branch| Extremes { min: extreme(branch, 1.0), max: extreme(branch, -1.0) });
+        Ok(WaveExtremes { slow, intermediate, fast })
+    }
+
+    /// ρc² of the three waves along the unit direction n, ascending (Pa).
+    fn christoffel_eigenvalues(&self, n: &Vector3<f64>) -> [f64; 3] {
+        let values = self.christoffel(n).symmetric_eigenvalues();
+        let mut out = [values[0], values[1], values[2]];
+        out.sort_by(f64::total_cmp);
+        out
+    }
+}
+
+/// Directions of the half sphere that are searched: 5° apart.
+const DIRECTIONS: usize = 800;
+/// Starts that are refined.
+const STARTS: usize = 5;
+/// Starts are at least 10° apart.
+const NEAR_COSINE: f64 = 0.985;
+
+/// A local minimum on the sphere without derivatives: six steps around n, the pattern turned by the golden angle each
+/// time (so that no kink can hide a descent for long), halved when none of them descends.
+fn pattern_search(start: Vector3<f64>, f: impl Fn(&Vector3<f64>) -> f64) -> (f64, Vector3<f64>) {
+    let mut n = start;
+    let mut here = f(&n);
+    let mut step = 0.04;
+    let mut turn: f64 = 0.0;
+    let mut failures = 0;
+    while step > 1e-13 {
+        let frame = frame_of(&n);
+        let (p, q) = (frame.column(0), frame.column(1));
+        let mut moved = false;
+        for k in 0..6 {
+            let (s, c) = (turn + k as f64 * std::f64::consts::FRAC_PI_3).sin_cos();
+            let trial = (n + step * (c * p + s * q)).normalize();
+            let value = f(&trial);
+            if value < here {
+                (n, here, moved) = (trial, value, true);
+                break;
+            }
+        }
+        turn += 2.399963229728653;
+        failures = if moved { 0 } else { failures + 1 };
+        if failures == 2 {
+            step *= 0.4;
+            failures = 0;
+        }
+    }
+    (here, n)
+}
+
+fn require_density(density: f64) -> Result<()> {
+    if density > 0.0 && density.is_finite() {
+        return Ok(());
+    }
+    Err(Error::input(format!("the density is {density} kg/m³"), "give a positive number"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tensor::Material;
+
+    /// Layered rock of S, C11 C33 C13 C12 = 130 55 28 40 MPa, C44 = ¼C11 + ¼C33 − ½C13.
+    fn rock() -> Stiffness {
+        let c44 = 0.25 * 130.0 + 0.25 * 55.0 - 0.5 * 28.0;
+        #[rustfmt::skip]
+        let c = nalgebra::Matrix6::new(
+            130.0, 40.0, 28.0, 0.0, 0.0, 0.0,
+            40.0, 130.0, 28.0, 0.0, 0.0, 0.0,
+            28.0, 28.0, 55.0, 0.0, 0.0, 0.0,
+            0.0, 0.0, 0.0, c44, 0.0, 0.0,
+            0.0, 0.0, 0.0, 0.0, c44, 0.0,
+            0.0, 0.0, 0.0, 0.0, 0.0, 45.0);
+        Stiffness::from_voigt(&c).unwrap()
+    }
+
+    #[test]
+    fn speeds_of_the_layered_rock() {
+        let expected = [
+            (Vector3::x(), [5.679, 6.708, 11.402]),
+            (Vector3::z(), [5.679, 5.679, 7.416]),
+            (Vector3::new(1.0, 0.0, 1.0), [5.186, 6.215, 9.892]),
+        ];
+        for (n, speeds) in expected {
+            let waves = rock().waves(&n, 1.0).unwrap();
+            for k in 0..3 {
+                assert!((waves[k].speed - speeds[k]).abs() < 6e-4, "{n} {waves:?}");
+            }
+        }
+        assert_eq!(rock().waves(&Vector3::x(), 1.0).unwrap()[2].polarisation.map(f64::abs), [1.0, 0.0, 0.0]);
+    }
+
+    /// Isotropic: c_s² = G/ρ twice and c_p² = (λ + 2G)/ρ in every direction.
+    #[test]
+    fn isotropic_speeds() {
+        let e = Stiffness::isotropic(20e9, 30e9).wave_extremes(2700.0).unwrap();
+        let (s, p) = ((30e9_f64 / 2700.0).sqrt(), (80e9_f64 / 2700.0).sqrt());
+        for (branch, speed) in [(e.slow, s), (e.intermediate, s), (e.fast, p)] {
+            assert!((branch.min.value / speed - 1.0).abs() < 1e-13 && (branch.max.value / speed - 1.0).abs() < 1e-13);
+        }
+    }
+
+    /// Cubic with 2C44 > C11 − C12: fastest √((C11 + 2C12 + 4C44)/3ρ) along [111], slowest
+    /// √((C11 − C12)/2ρ) along [110].
+    #[test]
+    fn cubic_extremes() {
+        let c = Material::builtin("Spinel").unwrap().stiffness;
+        let e = c.wave_extremes(3600.0).unwrap();
+        let fast = ((252e9 + 2.0 * 145e9 + 4.0 * 142e9) / 3.0 / 3600.0_f64).sqrt();
+        let slow = ((252e9 - 145e9) / 2.0 / 3600.0_f64).sqrt();
+        assert!((e.fast.max.value / fast - 1.0).abs() < 1e-12 && (e.slow.min.value / slow - 1.0).abs() < 1e-12);
+        assert!((e.slow.max.value / (142e9_f64 / 3600.0).sqrt() - 1.0).abs() < 1e-11, "{e:?}");
+    }
+
+    #[test]
+    fn wrong_input_is_an_error() {
+        let c = rock();
+        assert!(c.waves(&Vector3::x(), 0.0).is_err() && c.waves(&Vector3::zeros(), 1.0).is_err());
+        assert!(c.wave_extremes(f64::NAN).is_err());
+        assert!(Stiffness::isotropic(-10.0, 1.0).waves(&Vector3::x(), 1.0).is_err());
+    }
+}
