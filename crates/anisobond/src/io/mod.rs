@@ -3,6 +3,7 @@
 mod atomic;
 mod bonds;
 
+pub mod picture;
 mod vtk;
 
 pub use atomic::write_atomically;
