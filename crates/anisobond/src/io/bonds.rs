@@ -95,16 +95,15 @@ pub fn bonds_csv(neighbourhood: &Neighbourhood, micromodulus: &[f64], material: 
     let table = BondTable::new(neighbourhood, micromodulus)?;
     let comments = comments(neighbourhood, material);
     // The line of column names comes after the comments.
-    let (before_names, before_numbers) = (comments.len() + 3, comments.len() + 4);
+    let (before_names, before_numbers) = (comments.len() + 4, comments.len() + 5);
     let mut text = String::with_capacity(160 * (table.len() + before_numbers));
     for line in &comments {
         let _ = writeln!(text, "# {line}");
     }
-    let _ = writeln!(text, "# Read: pandas.read_csv(\"bonds.csv\", comment=\"#\", float_precision=\"round_trip\")");
-    let _ = writeln!(
-        text,
-        "#   or: numpy.genfromtxt(\"bonds.csv\", delimiter=\",\", names=True, skip_header={before_names})"
-    );
+    text.push_str("# Read: pandas.read_csv(\"bonds.csv\", comment=\"#\")\n");
+    text.push_str("#       (before pandas 3, for the last bit: float_precision=\"round_trip\")\n");
+    let numpy = "numpy.genfromtxt(\"bonds.csv\", delimiter=\",\", names=True, skip_header";
+    let _ = writeln!(text, "#   or: {numpy}={before_names})");
     let _ = writeln!(text, "#   or: numpy.loadtxt(\"bonds.csv\", delimiter=\",\", skiprows={before_numbers})");
     let _ = writeln!(text, "{}", COLUMNS.join(","));
     for b in 0..table.len() {
@@ -137,7 +136,8 @@ fn comments(neighbourhood: &Neighbourhood, material: &str) -> Vec<String> {
         "micromodulus (N/m⁶)  c".into(),
         format!("k_n (N/m)      ω c ΔV²/|ξ|, spring between two nodes of volume ΔV = {:?} m³", spacing.powi(3)),
         "Force density on the node (N/m⁶): f = ω c s n; stretch s = η·n/|ξ|, n = ξ/|ξ|, η = u(x + ξ) − u(x).".into(),
-        "Force between two nodes (N): f ΔV² = k_n (η·n) n. Every bond appears twice, as ξ and as −ξ.".into(),
+        "Force between two nodes (N): f ΔV² = k_n (η·n) n. The node has ξ and −ξ; a pair of nodes has one spring."
+            .into(),
     ]
 }
 

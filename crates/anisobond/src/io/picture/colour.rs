@@ -41,11 +41,16 @@ impl Paint {
 pub(super) const HIGHLIGHT: [f64; 2] = [-0.30, -0.36];
 
 /// Where along the way from the highlight (0) to the rim (1) the shading has which colour: linear in between, in steps
-/// small enough that no rings show.
-pub(super) fn stops(base: Rgb) -> [(f64, Rgb); 8] {
+/// small enough that no rings show, except the bright one that sets a landmark apart from dark neighbours.
+pub(super) fn stops(paint: Paint) -> [(f64, Rgb); 8] {
     // Part of white (positive) or black (negative) mixed in.
-    [(0.0, 0.45), (0.12, 0.30), (0.26, 0.15), (0.42, 0.05), (0.58, 0.0), (0.8, -0.14), (0.93, -0.32), (1.0, -0.48)]
-        .map(|(at, part): (f64, f64)| (at, mix(base, if part > 0.0 { 255 } else { 0 }, part.abs())))
+    const SPHERE: [(f64, f64); 8] =
+        [(0.0, 0.45), (0.12, 0.3), (0.26, 0.15), (0.42, 0.05), (0.58, 0.0), (0.8, -0.14), (0.93, -0.32), (1.0, -0.48)];
+    const RINGED: [(f64, f64); 8] =
+        [(0.0, 0.6), (0.12, 0.4), (0.26, 0.2), (0.42, 0.05), (0.58, 0.0), (0.74, 0.0), (0.79, 0.95), (1.0, 0.95)];
+    let base = paint.colour();
+    let steps = if paint == Paint::Landmark { RINGED } else { SPHERE };
+    steps.map(|(at, part)| (at, mix(base, if part > 0.0 { 255 } else { 0 }, part.abs())))
 }
 
 /// A colour mixed with a grey.

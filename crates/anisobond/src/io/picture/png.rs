@@ -1,12 +1,12 @@
 //! A drawing as a PNG file: a small rasteriser with antialiased edges.
 
-use super::colour::{HIGHLIGHT, Rgb, stops};
+use super::colour::{HIGHLIGHT, Paint, Rgb, stops};
 use super::drawing::{Anchor, Drawing, Mark};
 use super::text;
 use crate::{Error, Result};
 
 /// Widths that make sense (pixels).
-const WIDTHS: std::ops::RangeInclusive<u32> = 200..=20_000;
+const WIDTHS: std::ops::RangeInclusive<u32> = 200..=10_000;
 
 /// Steps of a sphere's shading; neighbouring ones differ by less than one can see.
 const SHADES: usize = 128;
@@ -53,7 +53,7 @@ impl Canvas {
     fn paint(&mut self, mark: &Mark, scale: f64) {
         let point = |[x, y]: [f64; 2]| [x * scale, y * scale];
         match mark {
-            Mark::Sphere { at, radius, paint } => self.sphere(point(*at), radius * scale, paint.colour()),
+            Mark::Sphere { at, radius, paint } => self.sphere(point(*at), radius * scale, *paint),
             Mark::Line { from, to, width, colour } => self.line(point(*from), point(*to), width * scale, *colour),
             Mark::Rectangle { at, size, colour } => self.rectangle(point(*at), point(*size), *colour),
             Mark::Text { at, size, anchor, text: words, colour } => {
@@ -95,8 +95,8 @@ impl Canvas {
     }
 
     /// A disc shaded as the radial gradient of the SVG file: circles from the highlight to the rim.
-    fn sphere(&mut self, [x, y]: [f64; 2], radius: f64, base: Rgb) {
-        let shades = shades(base);
+    fn sphere(&mut self, [x, y]: [f64; 2], radius: f64, paint: Paint) {
+        let shades = shades(paint);
         let [hx, hy] = HIGHLIGHT;
         let rest = 1.0 - (hx * hx + hy * hy);
         let reach = radius + 1.0;
@@ -134,8 +134,8 @@ impl Canvas {
 }
 
 /// The colours from the highlight (first) to the rim (last).
-fn shades(base: Rgb) -> [Rgb; SHADES] {
-    let stops = stops(base);
+fn shades(paint: Paint) -> [Rgb; SHADES] {
+    let stops = stops(paint);
     std::array::from_fn(|index| {
         let t = (index as f64 + 0.5) / SHADES as f64;
         let upper = stops.iter().position(|stop| stop.0 > t).unwrap_or(stops.len() - 1).max(1);

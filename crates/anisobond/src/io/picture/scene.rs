@@ -13,6 +13,9 @@ use crate::{Error, Result};
 /// Relative distance from the cutting plane within which a sphere's centre lies on it.
 const ON_PLANE: f64 = 1e-9;
 
+/// Lengths (m) above this, and radii below its inverse, would leave the range of f64 on the way to the picture.
+const MOST: f64 = 1e100;
+
 /// Width of a PNG picture written by [`Scene::write`] (pixels).
 const PNG_WIDTH: u32 = 1800;
 
@@ -93,14 +96,15 @@ impl Scene {
     /// A scene with one view of the whole and no title.
     ///
     /// # Errors
-    /// No sphere, or numbers that are not finite, or a radius that is not positive.
+    /// No sphere, numbers that are not finite, or a radius that is not positive (lengths from 10⁻¹⁰⁰ to 10¹⁰⁰ m can be
+    /// drawn).
     pub fn new(balls: Vec<Ball>, scalar: Scalar) -> Result<Self> {
         if balls.is_empty() {
             return Err(Error::input("there is no sphere to draw", "give at least one"));
         }
         for (index, ball) in balls.iter().enumerate() {
-            let numbers = ball.centre.iter().chain([&ball.radius]).chain(ball.value.as_ref());
-            if !(numbers.copied().all(f64::is_finite) && ball.radius > 0.0) {
+            let placed = ball.centre.iter().chain([&ball.radius]).all(|x| x.abs() <= MOST) && ball.radius >= 1.0 / MOST;
+            if !(placed && ball.value.is_none_or(f64::is_finite)) {
                 return Err(Error::input(
                     format!(
                         "sphere {} to draw has centre {}, radius {} and value {:?}",
@@ -154,7 +158,7 @@ impl Scene {
     /// The scene as a PNG picture of a given width (pixels); the height follows.
     ///
     /// # Errors
-    /// A width outside 200 … 20000.
+    /// A width outside 200 … 10000.
     pub fn png(&self, width: u32) -> Result<Vec<u8>> {
         png::render(&Drawing::of(self), width)
     }

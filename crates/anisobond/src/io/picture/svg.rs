@@ -43,7 +43,7 @@ fn paints(drawing: &Drawing) -> BTreeSet<Paint> {
 fn gradient(svg: &mut String, paint: Paint) {
     let [fx, fy] = HIGHLIGHT.map(|x| 0.5 + 0.5 * x);
     let _ = write!(svg, "<radialGradient id=\"{}\" fx=\"{fx:.3}\" fy=\"{fy:.3}\">", paint.name());
-    for (offset, colour) in stops(paint.colour()) {
+    for (offset, colour) in stops(paint) {
         let _ = write!(svg, "<stop offset=\"{offset}\" stop-color=\"{}\"/>", hex(colour));
     }
     let _ = writeln!(svg, "</radialGradient>");

@@ -43,6 +43,8 @@ fn scenes() -> Vec<(&'static str, Scene)> {
         ("all zero", scene_of(&neighbourhood(2.0), |_| 0.0)),
         ("nearly equal", scene_of(&neighbourhood(2.0), |bond| 3e9 + 10.0 * bond.influence)),
         ("signed", scene_of(&cube, |bond| -1e300 * bond.xi.x)),
+        ("subnormal", scene_of(&cube, |bond| 5e-324 * bond.xi.x.abs())),
+        ("extreme", scene_of(&cube, |bond| f64::MAX * bond.xi.x.signum())),
         ("long title", scene_of(&neighbourhood(2.0), micromodulus).titled("rock ".repeat(100), "soil ".repeat(200))),
         ("flat", Scene::new((0..400).map(flat).collect(), scalar.clone()).unwrap().titled("plate", "")),
         ("one landmark", Scene::new(vec![landmark], scalar).unwrap()),
@@ -201,7 +203,7 @@ fn wrong_input_and_paths_are_refused() {
     let scalar = || Scalar { name: "v".into(), unit: "m".into() };
     let ball = |radius: f64, value: f64| Ball { centre: Vector3::zeros(), radius, value: Some(value) };
     assert!(matches!(Scene::new(vec![], scalar()), Err(Error::Input { .. })));
-    for (radius, value) in [(0.0, 1.0), (f64::NAN, 1.0), (1.0, f64::NAN)] {
+    for (radius, value) in [(0.0, 1.0), (f64::NAN, 1.0), (1e200, 1.0), (1e-200, 1.0), (1.0, f64::NAN)] {
         assert!(matches!(Scene::new(vec![ball(radius, value)], scalar()), Err(Error::Input { .. })));
     }
     let scene = neighbourhood_scene(&six, &[1.0; 6], &options).unwrap();

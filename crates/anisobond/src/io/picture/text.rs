@@ -1,4 +1,5 @@
 //! The font of pictures, DejaVu Sans: inside the program, so that a picture does not depend on the machine.
+//! Its licence, permissive, is in LICENSE-DejaVu.txt and goes with every copy of the program.
 
 use std::sync::OnceLock;
 
