@@ -1,1 +1,7 @@
-//! (in progress)
+//! Studies: many calibrations at once, and the document's own, recomputed beside its printed values.
+
+pub mod batch;
+pub mod prakash;
+mod verification;
+
+pub use verification::{Finding, Verdict};

@@ -60,3 +60,84 @@ pub fn calibrate(
     let residual = (reached - s / scale).norm();
     (solver.solution.status, c.iter().map(|c| c * scale / unit).collect(), residual)
 }
+
+/// min ‖Xc − S‖/‖S‖ over c ≥ l by clarabel: the distance of a target from the reachable tensors.
+pub fn distance(columns: &[Quartic], unit: f64, target: &Stiffness, lower_bound: f64) -> f64 {
+    let bonds = columns.len();
+    let s = cauchy_coordinates(target);
+    let scale = s.norm();
+    // Variables (c, r): minimise ½‖r‖² subject to X c + r = S, c ≥ l.
+    let (mut rows, mut values, mut starts) = (Vec::new(), Vec::new(), vec![0]);
+    for (i, column) in columns.iter().enumerate() {
+        for k in (0..15).filter(|&k| column[k] != 0.0) {
+            rows.push(k);
+            values.push(column[k]);
+        }
+        rows.push(15 + i);
+        values.push(-1.0);
+        starts.push(rows.len());
+    }
+    let (mut p_rows, mut p_starts) = (Vec::new(), vec![0; bonds + 1]);
+    for k in 0..15 {
+        rows.push(k);
+        values.push(1.0);
+        starts.push(rows.len());
+        p_rows.push(bonds + k);
+        p_starts.push(k + 1);
+    }
+    let a = CscMatrix::new(15 + bonds, bonds + 15, starts, rows, values);
+    let p = CscMatrix::new(bonds + 15, bonds + 15, p_starts, p_rows, vec![1.0; 15]);
+    let mut b: Vec<f64> = (s / scale).iter().copied().collect();
+    b.resize(15 + bonds, -lower_bound * unit / scale);
+    let cones: [SupportedConeT<f64>; 2] = [ZeroConeT(15), NonnegativeConeT(bonds)];
+    let settings = DefaultSettings {
+        verbose: false,
+        tol_gap_abs: 1e-13,
+        tol_gap_rel: 1e-13,
+        tol_feas: 1e-13,
+        ..Default::default()
+    };
+    let mut solver = DefaultSolver::new(&p, &vec![0.0; bonds + 15], &a, &b, &cones, settings)
+        .expect("the problem has consistent sizes");
+    solver.solve();
+    solver.solution.x[bonds..].iter().map(|r| r * r).sum::<f64>().sqrt()
+}
+
+/// The largest t with Xc = S, c ≥ t (N/m⁶), as a linear program by clarabel.
+pub fn largest_bound(columns: &[Quartic], unit: f64, target: &Stiffness) -> f64 {
+    let bonds = columns.len();
+    let s = cauchy_coordinates(target);
+    let scale = s.norm();
+    // Variables (d, t): maximise t subject to X d + t X1 = S, d ≥ 0.
+    let (mut rows, mut values, mut starts) = (Vec::new(), Vec::new(), vec![0]);
+    for (i, column) in columns.iter().enumerate() {
+        for k in (0..15).filter(|&k| column[k] != 0.0) {
+            rows.push(k);
+            values.push(column[k]);
+        }
+        rows.push(15 + i);
+        values.push(-1.0);
+        starts.push(rows.len());
+    }
+    let ones = columns.iter().fold(Quartic::zeros(), |sum, v| sum + v);
+    rows.extend(0..15);
+    values.extend(ones.iter());
+    starts.push(rows.len());
+    let a = CscMatrix::new(15 + bonds, bonds + 1, starts, rows, values);
+    let p = CscMatrix::<f64>::zeros((bonds + 1, bonds + 1));
+    let mut q = vec![0.0; bonds + 1];
+    q[bonds] = -1.0;
+    let mut b: Vec<f64> = (s / scale).iter().copied().collect();
+    b.resize(15 + bonds, 0.0);
+    let cones: [SupportedConeT<f64>; 2] = [ZeroConeT(15), NonnegativeConeT(bonds)];
+    let settings = DefaultSettings {
+        verbose: false,
+        tol_gap_abs: 1e-12,
+        tol_gap_rel: 1e-12,
+        tol_feas: 1e-12,
+        ..Default::default()
+    };
+    let mut solver = DefaultSolver::new(&p, &q, &a, &b, &cones, settings).expect("the problem has consistent sizes");
+    solver.solve();
+    solver.solution.x[bonds] * scale / unit
+}

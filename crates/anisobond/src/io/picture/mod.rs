@@ -1,0 +1,21 @@
+//! Pictures of spheres coloured by a number: neighbourhoods coloured by micromodulus, packings by any scalar.
+//!
+//! Scene (what there is, in metres) → drawing (marks in the plane, in picture units) → SVG or PNG. Orthographic
+//! projection; spheres are painted from the farthest to the nearest, which is exact for spheres of any radii that do
+//! not intersect, because the plane between two of them separates them along every line of sight.
+
+mod camera;
+mod colour;
+mod drawing;
+mod neighbourhood;
+mod numbers;
+mod png;
+mod scene;
+mod svg;
+mod text;
+
+#[cfg(test)]
+mod tests;
+
+pub use neighbourhood::{NeighbourhoodPicture, neighbourhood_scene};
+pub use scene::{Ball, Scalar, Scene, View};
