@@ -4,6 +4,11 @@ mod words;
 mod tree;
 pub mod units;
 pub mod orientation;
+pub mod material;
+mod record;
+pub mod table;
 
+pub use material::{parse_class, parse_material, read_material};
 pub use orientation::{Orientation, parse_orientation, smallest_rotation};
+pub use table::{Row, Table, is_table, parse_table, read_table};
 pub use units::{Dimension, parse_angle, parse_density, parse_length, parse_stress};

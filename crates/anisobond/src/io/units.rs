@@ -174,15 +174,6 @@ pub fn parse_angle(text: &str) -> Result<f64> {
     Dimension::Angle.parse(text)
 }
 
-/// A finite number without unit.
-pub(super) fn parse_number(text: &str) -> Result<f64> {
-    let (number, rest) = split(text)?;
-    if rest.is_empty() {
-        return Ok(number);
-    }
-    Err(Error::input(format!("{} is not a plain number", quoted(text.trim())), "write digits only, without unit"))
-}
-
 /// One spelling of a unit: no spaces nor ^, powers as digits, u for µ, A for Å.
 fn plain(name: &str) -> String {
     let letter = |c: char| match c {

@@ -3,20 +3,22 @@
 /// Longest piece of the user's text repeated in a message.
 const SHOWN: usize = 40;
 
-/// The valid name closest to a wrong one: equal but for letter case, or within a third of its letters.
+/// The valid name closest to a wrong one: letter case and separators aside, within a third of its letters.
 pub(super) fn nearest<'a>(wrong: &str, valid: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let wrong: String = wrong.chars().take(SHOWN).collect::<String>().to_lowercase();
+    let letters =
+        |name: &str| name.chars().take(SHOWN).filter(|c| !"_- ".contains(*c)).collect::<String>().to_lowercase();
+    let wrong = letters(wrong);
     let allowed = (wrong.chars().count() / 3).max(1);
     valid
         .into_iter()
-        .map(|name| (strsim::damerau_levenshtein(&wrong, &name.to_lowercase()), name))
+        .map(|name| (strsim::damerau_levenshtein(&wrong, &letters(name)), name))
         .filter(|&(distance, _)| distance <= allowed)
         .min_by_key(|&(distance, _)| distance)
         .map(|(_, name)| name)
 }
 
 /// "did you mean x?" where a name is close, otherwise "use one of x, y, z".
-pub(super) fn suggestion<'a>(wrong: &str, valid: &[&'a str]) -> String {
+pub(super) fn suggestion(wrong: &str, valid: &[&str]) -> String {
     match nearest(wrong, valid.iter().copied()) {
         Some(name) => format!("did you mean {name}?"),
         None => format!("use one of {}", valid.join(", ")),
@@ -60,6 +62,7 @@ mod tests {
         let names = ["stiffness", "compliance", "c11"];
         assert_eq!(nearest("stifness", names), Some("stiffness"));
         assert_eq!(nearest("C11", names), Some("c11"));
+        assert_eq!(nearest("c_11", names), Some("c11"));
         assert_eq!(nearest("viscosity", names), None);
     }
 
