@@ -1,11 +1,25 @@
-//! Files in and out: one module per format.
+//! What a user writes is read here, and what a model says is written: one file per format.
 
+mod words;
+mod tree;
+pub mod units;
+pub mod orientation;
+pub mod material;
+mod record;
+pub mod table;
 mod atomic;
 mod bonds;
-
 pub mod picture;
 mod vtk;
+pub mod report;
+mod journal;
 
 pub use atomic::write_atomically;
 pub use bonds::{BondTable, bonds_csv, read_bonds, write_bonds};
+pub use journal::Journal;
+pub use material::{parse_class, parse_material, read_material};
+pub use report::{CalibrationReport, TensorReport};
+pub use orientation::{Orientation, parse_orientation, smallest_rotation};
+pub use table::{Row, Table, is_table, parse_table, read_table};
+pub use units::{Dimension, parse_angle, parse_density, parse_length, parse_stress};
 pub use vtk::{neighbourhood_vtp, write_vtp};

@@ -1,0 +1,315 @@
+//! What the program says of a tensor and of a calibration, as one JSON document each; the same for command line,
+//! Python and library.
+
+use serde::Serialize;
+
+use crate::calibration::{Calibration, Calibrator, Cause, Infeasibility};
+use crate::lattice::Influence;
+use crate::tensor::{
+    AverageModuli, DirectionalExtremes, DirectionalModuli, EngineeringConstants, MONOMIALS, Material, Symmetry, Wave,
+    WaveExtremes, mandel_weight,
+};
+use crate::{Error, Result};
+
+/// A 6×6 Voigt matrix in rows, order 11 22 33 23 13 12.
+pub type Voigt = [[f64; 6]; 6];
+
+/// Everything that can be said of a tensor without a lattice. Stresses in Pa, compliances in 1/Pa, speeds in m/s.
+#[derive(Clone, Debug, Serialize)]
+pub struct TensorReport {
+    /// Name of the material.
+    pub material: String,
+    /// Where its numbers come from.
+    pub source: String,
+    /// Density (kg/m³), if known.
+    pub density: Option<f64>,
+    /// Voigt stiffness (Pa).
+    pub stiffness: Voigt,
+    /// Voigt compliance (1/Pa).
+    pub compliance: Voigt,
+    /// ‖C‖ over all 81 components (Pa).
+    pub norm: f64,
+    /// Always true: other tensors are refused.
+    pub positive_definite: bool,
+    /// Kelvin moduli, the eigenvalues (Pa), ascending.
+    pub kelvin_moduli: [f64; 6],
+    /// Eigentensors as strains (11 22 33 23 13 12, tensor components), one row per Kelvin modulus.
+    pub eigentensors: [[f64; 6]; 6],
+    /// Voigt, Reuss and Hill averages, universal anisotropy index.
+    pub moduli: AverageModuli,
+    /// Engineering constants in the given axes.
+    pub engineering: EngineeringConstants,
+    /// Extremes over all directions.
+    pub directional: DirectionalExtremes,
+    /// Plane waves; `None` without a density.
+    pub waves: Option<WavesReport>,
+    /// What central bonds can see.
+    pub cauchy: CauchyReport,
+    /// Symmetry class and distance to all eight.
+    pub symmetry: Symmetry,
+}
+
+/// Plane waves along the axes and their extremes.
+#[derive(Clone, Debug, Serialize)]
+pub struct WavesReport {
+    /// The three waves along e₁, slowest first.
+    pub x: [Wave; 3],
+    /// The three waves along e₂.
+    pub y: [Wave; 3],
+    /// The three waves along e₃.
+    pub z: [Wave; 3],
+    /// Extremes over all directions.
+    pub extremes: WaveExtremes,
+}
+
+/// The part of a tensor that central bonds reach, and the rest.
+#[derive(Clone, Debug, Serialize)]
+pub struct CauchyReport {
+    /// ‖C − S‖/‖C‖, the least error of central bonds.
+    pub gap: f64,
+    /// The Cauchy part S (Pa).
+    pub part: Voigt,
+    /// The defect D (Pa): D11 = C44 − C23, D12 = C36 − C45, …
+    pub defect: [[f64; 3]; 3],
+    /// Whether bonds c ≥ 0 of a fine enough neighbourhood reach S: its Kelvin moduli are not negative.
+    pub reachable: bool,
+}
+
+impl TensorReport {
+    /// Analyse a material; symmetry classes within `tolerance` count as present.
+    ///
+    /// # Errors
+    /// A stiffness that is not positive definite.
+    pub fn new(material: &Material, tolerance: f64) -> Result<Self> {
+        let c = &material.stiffness;
+        c.require_positive_definite()?;
+        let singular = || Error::input("the stiffness cannot be inverted", "check its components and units");
+        let compliance = c.compliance_voigt().ok_or_else(singular)?;
+        let (values, vectors) = c.eigen();
+        let part = c.cauchy_part();
+        let defect = c.cauchy_defect();
+        let waves = match material.density {
+            None => None,
+            Some(density) => Some(WavesReport {
+                x: c.waves(&nalgebra::Vector3::x(), density)?,
+                y: c.waves(&nalgebra::Vector3::y(), density)?,
+                z: c.waves(&nalgebra::Vector3::z(), density)?,
+                extremes: c.wave_extremes(density)?,
+            }),
+        };
+        Ok(TensorReport {
+            material: material.name.clone(),
+            source: material.source.clone(),
+            density: material.density,
+            stiffness: c.voigt_rows(),
+            compliance: std::array::from_fn(|a| std::array::from_fn(|b| compliance[(a, b)])),
+            norm: c.norm(),
+            positive_definite: true,
+            kelvin_moduli: values.into(),
+            eigentensors: std::array::from_fn(|k| std::array::from_fn(|a| vectors[(a, k)] / mandel_weight(a))),
+            moduli: c.average_moduli().ok_or_else(singular)?,
+            engineering: c.engineering_constants().ok_or_else(singular)?,
+            directional: DirectionalModuli::new(c)?.extremes(),
+            waves,
+            cauchy: CauchyReport {
+                gap: c.cauchy_gap(),
+                part: part.voigt_rows(),
+                defect: std::array::from_fn(|p| std::array::from_fn(|q| defect[(p, q)])),
+                reachable: part.eigen().0[0] >= -1e-12 * part.norm(),
+            },
+            symmetry: c.symmetry(tolerance),
+        })
+    }
+}
+
+/// A calibration with its evidence.
+#[derive(Clone, Debug, Serialize)]
+pub struct CalibrationReport {
+    /// Name of the material.
+    pub material: String,
+    /// Where its numbers come from.
+    pub source: String,
+    /// The neighbourhood.
+    pub neighbourhood: NeighbourhoodReport,
+    /// The wanted tensor (Voigt, Pa).
+    pub target: Voigt,
+    /// The tensor of the bonds (Voigt, Pa).
+    pub reached: Voigt,
+    /// ‖target − reached‖/‖target‖ over all 81 components.
+    pub relative_error: f64,
+    /// The least relative error of central bonds on any neighbourhood.
+    pub cauchy_gap: f64,
+    /// Whether bonds above the lower bound reach the target's Cauchy part.
+    pub feasible: bool,
+    /// Why not, with a certificate; `None` when feasible.
+    pub infeasibility: Option<InfeasibilityReport>,
+    /// Universal anisotropy index A^U of the target.
+    pub universal_anisotropy: f64,
+    /// The lower bound in force (N/m⁶).
+    pub lower_bound: f64,
+    /// The micromoduli in brief (N/m⁶).
+    pub micromodulus: MicromodulusReport,
+    /// The quartic form p: cᵢ = max(lower bound, sᵢ p(nᵢ)), sᵢ = ½ ωᵢ |ξᵢ| ΔV; coefficients in the order of
+    /// `monomials`.
+    pub dual: [f64; 15],
+    /// The monomials of quartic forms, as index quadruples: "1123" is n₁ n₁ n₂ n₃.
+    pub monomials: [String; 15],
+    /// How the solver ended.
+    pub solver: SolverReport,
+}
+
+/// A neighbourhood in brief; lengths in spacings, but for `spacing`.
+#[derive(Clone, Debug, Serialize)]
+pub struct NeighbourhoodReport {
+    /// sphere, cube, cuboid or ellipsoid.
+    pub shape: String,
+    /// Half its extent along each axis (spacings).
+    pub semi_axes: [f64; 3],
+    /// Horizon ratio δ/Δ.
+    pub horizon: f64,
+    /// Grid spacing Δ (m).
+    pub spacing: f64,
+    /// Name of the influence function.
+    pub influence: String,
+    /// Rotation or reflection of the grid, in rows.
+    pub orientation: [[f64; 3]; 3],
+    /// Number of bonds.
+    pub bonds: usize,
+    /// Number of distinct ± directions.
+    pub directions: usize,
+    /// Dimension of the reachable tensors (15 when nothing is missing).
+    pub rank: usize,
+}
+
+/// Why a target is out of reach.
+#[derive(Clone, Debug, Serialize)]
+pub struct InfeasibilityReport {
+    /// rank, cone or rank-and-cone.
+    pub cause: Cause,
+    /// In words, with a remedy.
+    pub explanation: String,
+    /// The quartic form y (order of `monomials`): y(nᵢ) ≤ 0 for every bond, so y·Xᵢ = sᵢ y(nᵢ) ≤ 0, but y·(S − X l) > 0
+    /// with y·S = Σ yₖ S_k.
+    pub certificate: [f64; 15],
+    /// Largest y(nᵢ) over the bonds.
+    pub largest_bond_product: f64,
+    /// y·(S − X l) (Pa).
+    pub target_product: f64,
+    /// Distance from the reachable tensors, relative to the Cauchy part.
+    pub distance: f64,
+    /// Whether no neighbourhood reaches the target.
+    pub in_every_neighbourhood: bool,
+}
+
+/// Micromoduli in brief (N/m⁶).
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct MicromodulusReport {
+    /// Smallest.
+    pub min: f64,
+    /// Largest.
+    pub max: f64,
+    /// Mean over the bonds.
+    pub mean: f64,
+    /// Number of bonds of micromodulus 0.
+    pub zero: usize,
+}
+
+/// Counts and residual of the solver.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct SolverReport {
+    /// Newton steps (0: the pseudo-inverse was optimal).
+    pub iterations: usize,
+    /// ‖Xc − S‖/‖S‖, with the closest reachable tensor for S when infeasible.
+    pub residual: f64,
+}
+
+impl CalibrationReport {
+    /// Bring together a material, the neighbourhood it was calibrated on, and the result.
+    pub fn new(material: &Material, calibrator: &Calibrator, r: &Calibration) -> Self {
+        let c = &r.micromodulus;
+        CalibrationReport {
+            material: material.name.clone(),
+            source: material.source.clone(),
+            neighbourhood: NeighbourhoodReport::new(calibrator),
+            target: r.target.voigt_rows(),
+            reached: r.reached.voigt_rows(),
+            relative_error: r.relative_error,
+            cauchy_gap: r.cauchy_gap,
+            feasible: r.feasible(),
+            infeasibility: r.infeasibility.as_ref().map(|i| InfeasibilityReport::new(i, r.lower_bound)),
+            universal_anisotropy: r.target.average_moduli().map_or(f64::NAN, |m| m.universal_anisotropy),
+            lower_bound: r.lower_bound,
+            micromodulus: MicromodulusReport {
+                min: c.iter().copied().fold(f64::INFINITY, f64::min),
+                max: c.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+                mean: c.iter().sum::<f64>() / c.len() as f64,
+                zero: c.iter().filter(|&&c| c == 0.0).count(),
+            },
+            dual: r.dual,
+            monomials: monomial_names(),
+            solver: SolverReport { iterations: r.iterations, residual: r.residual },
+        }
+    }
+}
+
+impl NeighbourhoodReport {
+    /// Describe a prepared neighbourhood.
+    pub fn new(calibrator: &Calibrator) -> Self {
+        let neighbourhood = calibrator.neighbourhood();
+        let q = neighbourhood.orientation();
+        NeighbourhoodReport {
+            shape: neighbourhood.shape().name().to_string(),
+            semi_axes: neighbourhood.shape().semi_axes(),
+            horizon: neighbourhood.horizon(),
+            spacing: neighbourhood.spacing(),
+            influence: influence_name(neighbourhood.influence()).to_string(),
+            orientation: std::array::from_fn(|i| std::array::from_fn(|j| q[(i, j)])),
+            bonds: neighbourhood.bonds().len(),
+            directions: calibrator.directions(),
+            rank: calibrator.rank(),
+        }
+    }
+}
+
+impl InfeasibilityReport {
+    fn new(i: &Infeasibility, lower_bound: f64) -> Self {
+        let what = match i.cause {
+            Cause::Rank => "the bonds of this neighbourhood span too few tensors to express the target's Cauchy part",
+            Cause::Cone => "the target's Cauchy part needs micromoduli below the lower bound",
+            Cause::RankAndCone => {
+                "the bonds of this neighbourhood span too few tensors to express the target's Cauchy part, and what \
+                 they span needs micromoduli below the lower bound"
+            }
+        };
+        let remedy = match (i.in_every_neighbourhood, lower_bound > 0.0) {
+            (true, _) => "no neighbourhood of central bonds can: the Cauchy part has a negative Kelvin modulus",
+            (false, true) => "lower the bound (`--lower-bound max` finds the largest) or use a larger horizon",
+            (false, false) => "use a larger horizon or turn the neighbourhood",
+        };
+        InfeasibilityReport {
+            cause: i.cause,
+            explanation: format!("{what}; {remedy}. The bonds given are those of the closest reachable tensor."),
+            certificate: i.certificate,
+            largest_bond_product: i.largest_bond_product,
+            target_product: i.target_product,
+            distance: i.distance,
+            in_every_neighbourhood: i.in_every_neighbourhood,
+        }
+    }
+}
+
+/// The name of an influence function on the command line.
+pub fn influence_name(influence: &Influence) -> &'static str {
+    match influence {
+        Influence::Constant => "constant",
+        Influence::Inverse => "inverse",
+        Influence::Hat => "hat",
+        Influence::Power => "power",
+        Influence::Table(_) => "table",
+    }
+}
+
+/// "1111", "2222", … in the order of [`MONOMIALS`].
+pub fn monomial_names() -> [String; 15] {
+    MONOMIALS.map(|[a, b, c]| "1".repeat(a) + &"2".repeat(b) + &"3".repeat(c))
+}
