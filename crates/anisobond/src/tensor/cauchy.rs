@@ -70,7 +70,7 @@ pub fn tensor_of(coordinates: &Quartic) -> Stiffness {
                 exponents[index] += 1;
             }
             let m = MONOMIALS.iter().position(|&e| e == exponents).expect("four indices make one of the 15 monomials");
-            mandel[(a, b)] = coordinates[m] / weights[m] * super::mandel_weight(a) * super::mandel_weight(b);
+            mandel[(a, b)] = coordinates[m] / weights[m] * super::mandel_weights(a, b);
         }
     }
     Stiffness::from_mandel(mandel)
@@ -96,7 +96,7 @@ impl Stiffness {
         let mandel = nalgebra::Matrix6::from_fn(|a, b| {
             let ((i, j), (k, l)) = (super::PAIRS[a], super::PAIRS[b]);
             let s = (self.component(i, j, k, l) + self.component(i, k, j, l) + self.component(i, l, j, k)) / 3.0;
-            s * super::mandel_weight(a) * super::mandel_weight(b)
+            s * super::mandel_weights(a, b)
         });
         Stiffness::from_mandel(mandel)
     }

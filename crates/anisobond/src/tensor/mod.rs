@@ -15,6 +15,6 @@ pub use class::{SymmetryClass, closure, project};
 pub use directional::{DirectionalExtremes, DirectionalModuli, Extreme, Extremes};
 pub use material::Material;
 pub use moduli::{AverageModuli, BulkShear, EngineeringConstants};
-pub use stiffness::{PAIRS, Stiffness, mandel_rotation, mandel_weight, row_of};
+pub use stiffness::{PAIRS, Stiffness, mandel_rotation, mandel_weight, mandel_weights, row_of};
 pub use symmetry::{ClassFit, SYMMETRY_TOLERANCE, Symmetry};
 pub use waves::{Wave, WaveExtremes};

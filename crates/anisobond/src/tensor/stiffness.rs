@@ -17,6 +17,15 @@ pub const fn mandel_weight(row: usize) -> f64 {
     if row < 3 { 1.0 } else { std::f64::consts::SQRT_2 }
 }
 
+/// Product of the weights of two rows, exactly 1, √2 or 2, so that shear constants come back as they were given.
+pub const fn mandel_weights(a: usize, b: usize) -> f64 {
+    match (a < 3, b < 3) {
+        (true, true) => 1.0,
+        (false, false) => 2.0,
+        _ => std::f64::consts::SQRT_2,
+    }
+}
+
 /// Largest |Cᵢⱼ − Cⱼᵢ| accepted as rounding in an input matrix, relative to the largest |Cᵢⱼ|.
 const ASYMMETRY: f64 = 1e-6;
 
@@ -47,7 +56,7 @@ impl Stiffness {
     /// An entry that is not finite, or a matrix that is not symmetric to 10⁻⁶ of its largest entry.
     pub fn from_voigt(voigt: &Matrix6<f64>) -> Result<Self> {
         let c = symmetric(voigt, "c")?;
-        Ok(Stiffness { mandel: Matrix6::from_fn(|a, b| c[(a, b)] * mandel_weight(a) * mandel_weight(b)) })
+        Ok(Stiffness { mandel: Matrix6::from_fn(|a, b| c[(a, b)] * mandel_weights(a, b)) })
     }
 
     /// From a 6×6 Voigt compliance matrix s (1/Pa, engineering shear strains: s44 = 1/G23).
@@ -56,7 +65,7 @@ impl Stiffness {
     /// As [`Stiffness::from_voigt`], or a matrix that cannot be inverted.
     pub fn from_compliance_voigt(voigt: &Matrix6<f64>) -> Result<Self> {
         let s = symmetric(voigt, "s")?;
-        let s = Matrix6::from_fn(|a, b| s[(a, b)] / (mandel_weight(a) * mandel_weight(b)));
+        let s = Matrix6::from_fn(|a, b| s[(a, b)] / mandel_weights(a, b));
         let inverse = inverse(&s).ok_or_else(|| {
             Error::input("the compliance matrix is singular", "give a compliance whose six eigenvalues are not zero")
         })?;
@@ -79,7 +88,7 @@ impl Stiffness {
 
     /// The 6×6 Voigt matrix (Pa, order 11 22 33 23 13 12).
     pub fn voigt(&self) -> Matrix6<f64> {
-        Matrix6::from_fn(|a, b| self.mandel[(a, b)] / (mandel_weight(a) * mandel_weight(b)))
+        Matrix6::from_fn(|a, b| self.mandel[(a, b)] / mandel_weights(a, b))
     }
 
     /// The Voigt matrix as rows (Pa), for output.
@@ -91,7 +100,7 @@ impl Stiffness {
     /// C_ijkl (Pa), indices 0…2.
     pub fn component(&self, i: usize, j: usize, k: usize, l: usize) -> f64 {
         let (a, b) = (row_of(i, j), row_of(k, l));
-        self.mandel[(a, b)] / (mandel_weight(a) * mandel_weight(b))
+        self.mandel[(a, b)] / mandel_weights(a, b)
     }
 
     /// The tensor's norm √(C_ijkl C_ijkl) (Pa), over all 81 components.
@@ -111,7 +120,7 @@ impl Stiffness {
 
     /// The Voigt compliance (1/Pa, engineering shear strains: s44 = 1/G23); `None` if C is singular.
     pub fn compliance_voigt(&self) -> Option<Matrix6<f64>> {
-        Some(self.compliance()?.map_with_location(|a, b, s| s * mandel_weight(a) * mandel_weight(b)))
+        Some(self.compliance()?.map_with_location(|a, b, s| s * mandel_weights(a, b)))
     }
 
     /// Kelvin moduli (Pa, ascending) and eigentensors as columns in Kelvin-Mandel coordinates (unit norm).
@@ -160,7 +169,7 @@ pub fn mandel_rotation(q: &Matrix3<f64>) -> Matrix6<f64> {
     Matrix6::from_fn(|a, b| {
         let ((i, j), (k, l)) = (PAIRS[a], PAIRS[b]);
         let sum = q[(i, k)] * q[(j, l)] + q[(i, l)] * q[(j, k)];
-        0.5 * sum * mandel_weight(a) * mandel_weight(b)
+        0.5 * sum * mandel_weights(a, b)
     })
 }
 

@@ -1,0 +1,52 @@
+//! What a user may write where a material is wanted: a built-in name or the path of a file.
+
+use std::path::Path;
+
+use super::words::nearest;
+use super::{read_material, read_table};
+use crate::tensor::Material;
+use crate::{Error, Result};
+
+/// A material by built-in name (letter case does not count) or by path; of a table, the row with identifier `row`.
+///
+/// # Errors
+/// Neither a name nor a file, with the nearest name; what the file's reader refuses; a table without `row`, or a `row`
+/// that is not in it.
+pub fn find_material(name_or_path: &str, row: Option<&str>, unit: Option<&str>) -> Result<Material> {
+    let path = Path::new(name_or_path);
+    if !path.exists()
+        && let Some(material) = Material::builtin(name_or_path)
+    {
+        return Ok(material);
+    }
+    if path.is_dir() {
+        return Err(Error::input(format!("{name_or_path} is a folder"), "give the file of a material or a table"));
+    }
+    if !path.exists() {
+        let names = Material::builtin_names();
+        let hint = match nearest(name_or_path, names.iter().copied()) {
+            Some(name) => format!("did you mean {name}?"),
+            None => format!("give a file, or one of {}", names.join(", ")),
+        };
+        return Err(Error::input(format!("{name_or_path}: neither a file nor a built-in material"), hint));
+    }
+    if !super::is_table(path) {
+        return read_material(path);
+    }
+    let Some(row) = row else {
+        return Err(Error::input(
+            format!("{name_or_path} is a table of materials"),
+            "choose one with --row ID, or give the table to `anisobond calibrate`",
+        ));
+    };
+    let table = read_table(path, unit)?;
+    let ids: Vec<String> = table.rows.iter().map(|r| r.id.clone()).collect();
+    match table.rows.into_iter().find(|r| r.id == row) {
+        Some(found) => found.material,
+        None => {
+            let hint = nearest(row, ids.iter().map(String::as_str))
+                .map_or_else(|| "see the table's identifiers".into(), |id| format!("did you mean {id}?"));
+            Err(Error::input(format!("{name_or_path} has no row {row}"), hint))
+        }
+    }
+}

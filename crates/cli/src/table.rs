@@ -1,0 +1,99 @@
+//! `anisobond calibrate TABLE`: progress, interruption, and the table's results.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anisobond::calibration::{Calibrator, LowerBound};
+use anisobond::io::{Journal, TableResults, calibrate_table, read_table};
+use anisobond::{Error, Result};
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::json;
+
+use crate::{Ending, args, text};
+
+/// Set by Ctrl-C; a second one ends the program at once.
+static STOP: AtomicBool = AtomicBool::new(false);
+
+pub fn run(args: &args::Calibrate, calibrator: &Calibrator, bound: LowerBound) -> Result<Ending> {
+    let table = read_table(&args.material, args.table.unit.as_deref())?;
+    let mut journal = match &args.output {
+        None => None,
+        Some(folder) => {
+            std::fs::create_dir_all(folder).map_err(|e| Error::file("create", folder, e))?;
+            Some(Journal::open(folder.join("journal.jsonl"))?)
+        }
+    };
+    // Without a handler Ctrl-C simply ends the program, and the journal keeps what was finished.
+    let _ = ctrlc::set_handler(|| {
+        if STOP.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    });
+    let progress = ProgressBar::new(table.rows.len() as u64);
+    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} rows, {per_sec}, {eta} left") {
+        progress.set_style(style);
+    }
+    let results =
+        calibrate_table(&table, calibrator, bound, journal.as_mut(), &STOP, |done| progress.set_position(done as u64))?;
+    progress.finish_and_clear();
+    let all = table.rows.len();
+    if results.finished() < all {
+        let rest = match &args.output {
+            Some(folder) => format!("they are kept in {}; run the same command to go on", folder.display()),
+            None => "they are lost; with -o DIR finished rows are kept".into(),
+        };
+        return Err(Error::Interrupted { message: format!("{} of {all} rows are done; {rest}", results.finished()) });
+    }
+    report(args, &results)
+}
+
+fn report(args: &args::Calibrate, results: &TableResults) -> Result<Ending> {
+    let mut failed = Vec::new();
+    let mut not_exact = 0;
+    let mut lines = String::new();
+    for row in results.values() {
+        let id = row["id"].as_str().unwrap_or("").to_string();
+        match row["error"].as_str() {
+            Some(error) => {
+                lines += &format!("{id:16} {error}\n");
+                failed.push(format!("{id}: {error}"));
+            }
+            None => {
+                let error = row["relative_error"].as_f64().unwrap_or(f64::NAN);
+                not_exact += usize::from(args.require_exact.is_some_and(|e| !(error <= e)));
+                lines += &format!(
+                    "{id:16} {:16} error {:>10} %  gap {:>10} %  {}\n",
+                    row["material"].as_str().unwrap_or(""),
+                    text::number(100.0 * error),
+                    text::number(100.0 * row["cauchy_gap"].as_f64().unwrap_or(f64::NAN)),
+                    if row["feasible"] == true { "feasible" } else { "infeasible" },
+                );
+            }
+        }
+    }
+    if let Some(folder) = &args.output {
+        results.write_csv(folder.join("calibrations.csv"))?;
+        eprintln!("wrote calibrations.csv in {}", folder.display());
+    }
+    if args.jsonl {
+        text::print(&results.json_lines())?;
+    } else if args.json {
+        text::print_json(&json!({ "rows": results.values().collect::<Vec<_>>() }))?;
+    } else if args.output.is_none() {
+        text::print(&lines)?;
+    }
+    let all = results.finished();
+    eprintln!("{} of {all} rows calibrated, {} failed", all - failed.len(), failed.len());
+    if args.output.is_some() || args.json || args.jsonl {
+        failed.iter().take(MOST_SHOWN).for_each(|f| eprintln!("  {f}"));
+        if failed.len() > MOST_SHOWN {
+            eprintln!("  … and {} more; each is in its row's `error`", failed.len() - MOST_SHOWN);
+        }
+    }
+    if failed.len() == all {
+        return Err(Error::input("no row of the table could be calibrated", "see the errors of its rows"));
+    }
+    Ok(if not_exact > 0 { Ending::NotExact } else { Ending::Done })
+}
+
+/// Failed rows listed one by one on stderr.
+const MOST_SHOWN: usize = 20;

@@ -1,0 +1,156 @@
+//! `anisobond tensor`.
+
+use anisobond::io::{TensorReport, find_material, parse_density};
+use anisobond::tensor::{DirectionalModuli, Extremes, Material};
+use anisobond::{Error, Result};
+use serde_json::json;
+
+use crate::{Ending, args, text};
+
+pub fn run(args: &args::Tensor) -> Result<Ending> {
+    if !(args.tolerance >= 0.0 && args.tolerance.is_finite()) {
+        return Err(Error::input(format!("--tolerance {}", args.tolerance), "give a number ≥ 0, as 0.005"));
+    }
+    let mut material = find_material(&args.material, args.table.row.as_deref(), args.table.unit.as_deref())?;
+    if let Some(density) = &args.density {
+        material.density = Some(parse_density(density).map_err(|e| e.at("--density"))?);
+    }
+    let directions = directions(args, &material)?;
+    let report = TensorReport::new(&material, args.tolerance)?;
+    if args.json {
+        let mut document = serde_json::to_value(&report).map_err(|e| Error::file("write", "JSON", e.into()))?;
+        document["directions"] = directions;
+        text::print_json(&document)?;
+    } else {
+        text::print(&describe(&report, &directions))?;
+    }
+    Ok(Ending::Done)
+}
+
+/// Moduli and waves along the directions asked for.
+fn directions(args: &args::Tensor, material: &Material) -> Result<serde_json::Value> {
+    let mut all = Vec::new();
+    for asked in &args.direction {
+        let n = text::vector(asked, "--direction")?;
+        if n.norm() == 0.0 {
+            return Err(Error::input("--direction 0,0,0", "give a direction of positive length"));
+        }
+        material.stiffness.require_positive_definite()?;
+        let moduli = DirectionalModuli::new(&material.stiffness)?;
+        let waves = material.density.map(|d| material.stiffness.waves(&n, d)).transpose()?;
+        let n = n.normalize();
+        all.push(json!({
+            "direction": [n.x, n.y, n.z], "young": moduli.young(&n),
+            "linear_compressibility": moduli.linear_compressibility(&n), "waves": waves,
+        }));
+    }
+    Ok(all.into())
+}
+
+fn describe(r: &TensorReport, directions: &serde_json::Value) -> String {
+    let (unit, name) = text::stress_unit(text::largest(&r.stiffness));
+    let stress = |x: f64| format!("{} {name}", text::number(x / unit));
+    let mut out = r.material.clone();
+    if !r.source.is_empty() {
+        out += &format!(" ({})", r.source);
+    }
+    out += &format!("\n\nstiffness, Voigt ({name}; order 11 22 33 23 13 12)\n");
+    for row in text::matrix_rows(&r.stiffness, unit) {
+        out += &format!("  {row}\n");
+    }
+    out += "\npositive definite; Kelvin moduli with eigentensors (11 22 33 23 13 12)\n";
+    for (value, e) in r.kelvin_moduli.iter().zip(&r.eigentensors) {
+        let e: String = e.iter().map(|x| format!("{x:>8.4}")).collect();
+        out += &format!("  {:>12}  {e}\n", stress(*value));
+    }
+    let m = &r.moduli;
+    out += "\naverages            bulk K          shear G\n";
+    for (name, k) in [("Voigt", m.voigt), ("Reuss", m.reuss), ("Hill", m.hill)] {
+        out += &format!("  {name:12} {:>13}    {:>13}\n", stress(k.bulk), stress(k.shear));
+    }
+    out += &format!("  Hill: Young {}, Poisson {}\n", stress(m.hill_young), text::number(m.hill_poisson));
+    out += &format!("  universal anisotropy A^U = {}\n", text::number(m.universal_anisotropy));
+    let e = &r.engineering;
+    out += "\nengineering constants in the given axes\n";
+    out += &format!("  E1 E2 E3     {}   {}   {}\n", stress(e.e1), stress(e.e2), stress(e.e3));
+    out += &format!("  G23 G13 G12  {}   {}   {}\n", stress(e.g23), stress(e.g13), stress(e.g12));
+    out += &format!(
+        "  ν12 ν13 ν23  {}   {}   {}\n  ν21 ν31 ν32  {}   {}   {}\n",
+        text::number(e.nu12),
+        text::number(e.nu13),
+        text::number(e.nu23),
+        text::number(e.nu21),
+        text::number(e.nu31),
+        text::number(e.nu32)
+    );
+    let d = &r.directional;
+    out += "\nextremes over all directions\n";
+    out += &extremes("Young E(n)", &d.young, |x| stress(x));
+    out += &extremes("shear G(n,m)", &d.shear, |x| stress(x));
+    out += &extremes("Poisson ν(n,m)", &d.poisson, text::number);
+    out += &extremes("compressibility β(n)", &d.linear_compressibility, |x| {
+        format!("{} 1/{name}", text::number(x * unit))
+    });
+    match &r.waves {
+        None => out += "\nwaves: give a density (`density` in the file, or --density '2650 kg/m3')\n",
+        Some(w) => {
+            let speed = |x: f64| format!("{} m/s", text::number(x));
+            out += "\nwave speeds (slowest to fastest)\n";
+            for (axis, waves) in [("e1", &w.x), ("e2", &w.y), ("e3", &w.z)] {
+                let speeds: Vec<String> = waves.iter().map(|w| speed(w.speed)).collect();
+                out += &format!("  along {axis}    {}\n", speeds.join("   "));
+            }
+            for (name, e) in
+                [("slow", &w.extremes.slow), ("middle", &w.extremes.intermediate), ("fast", &w.extremes.fast)]
+            {
+                out += &extremes(name, e, speed);
+            }
+        }
+    }
+    if let Some(asked) = directions.as_array().filter(|a| !a.is_empty()) {
+        out += "\nalong the directions asked for\n";
+        for d in asked {
+            let n: Vec<f64> = (0..3).filter_map(|i| d["direction"][i].as_f64()).collect();
+            let young = d["young"].as_f64().unwrap_or(f64::NAN);
+            out += &format!("  ({:.4}, {:.4}, {:.4})  E = {}", n[0], n[1], n[2], stress(young));
+            if let Some(waves) = d["waves"].as_array() {
+                let speeds: Vec<String> = waves.iter().filter_map(|w| w["speed"].as_f64()).map(text::number).collect();
+                out += &format!("  waves {} m/s", speeds.join(", "));
+            }
+            out += "\n";
+        }
+    }
+    out += &format!("\ncentral bonds: Cauchy gap {} %", text::number(100.0 * r.cauchy.gap));
+    out += if r.cauchy.reachable {
+        " (their least error on any neighbourhood)\n"
+    } else {
+        " at least; the Cauchy part has a negative Kelvin modulus, so that no bonds c ≥ 0 reach even that\n"
+    };
+    for row in &r.cauchy.defect {
+        let row: String = row.iter().map(|x| format!("{:>10.3}", x / unit + 0.0)).collect();
+        out += &format!("  {}{row}\n", if row.is_empty() { "" } else { "defect " });
+    }
+    let s = &r.symmetry;
+    out += &format!("\nsymmetry: {} (within {})\n", s.class.name(), text::number(s.tolerance));
+    for fit in &s.fits {
+        let mark = if fit.class == s.class { "→" } else { " " };
+        let axes = fit.axes;
+        let axis = [axes[(0, 2)], axes[(1, 2)], axes[(2, 2)]];
+        out += &format!(
+            "  {mark} {:24} {:>2} constants  distance {:>10} %   e3 {}\n",
+            fit.class.name(),
+            fit.constants,
+            if fit.distance < 1e-12 { "0".into() } else { text::number(100.0 * fit.distance) },
+            text::direction(&axis)
+        );
+    }
+    out
+}
+
+fn extremes(name: &str, e: &Extremes, show: impl Fn(f64) -> String) -> String {
+    let one = |x: &anisobond::tensor::Extreme| {
+        let transverse = x.transverse.map_or(String::new(), |m| format!(", m = {}", text::direction(&m)));
+        format!("{:>14} at n = {}{transverse}", show(x.value), text::direction(&x.direction))
+    };
+    format!("  {name:22} min {}\n  {:22} max {}\n", one(&e.min), "", one(&e.max))
+}

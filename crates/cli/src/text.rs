@@ -1,0 +1,81 @@
+//! Printing: one way out to stdout, and numbers as people read them.
+
+use std::io::{ErrorKind, Write};
+
+use anisobond::{Error, Result};
+use nalgebra::Vector3;
+use serde::Serialize;
+
+/// Print to stdout; a reader that went away (`| head`) is no error.
+pub fn print(text: &str) -> Result<()> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Error::file("write", "standard output", e)),
+        _ => Ok(()),
+    }
+}
+
+/// Print one JSON document.
+pub fn print_json(value: &impl Serialize) -> Result<()> {
+    let mut text =
+        serde_json::to_string_pretty(value).map_err(|e| Error::file("write", "standard output", e.into()))?;
+    text.push('\n');
+    print(&text)
+}
+
+/// Three numbers "x,y,z".
+pub fn vector(text: &str, flag: &str) -> Result<Vector3<f64>> {
+    let numbers: Vec<f64> = text.split(',').map_while(|x| x.trim().parse().ok()).collect();
+    match numbers[..] {
+        [x, y, z] if text.split(',').count() == 3 && [x, y, z].iter().all(|c: &f64| c.is_finite()) => {
+            Ok(Vector3::new(x, y, z))
+        }
+        _ => Err(Error::input(format!("{flag} {text}"), "give three numbers as 0,0,1")),
+    }
+}
+
+/// A positive number, bare in the flag's unit or with a unit of its own.
+pub fn length(text: &str, flag: &str) -> Result<(f64, bool)> {
+    if let Ok(value) = text.trim().parse::<f64>() {
+        return Ok((value, false));
+    }
+    let length = anisobond::io::parse_length(text).map_err(|e| e.at(flag))?;
+    Ok((length, true))
+}
+
+/// Six significant digits, without an exponent where that is readable.
+pub fn number(x: f64) -> String {
+    let size = x.abs();
+    if x == 0.0 {
+        "0".into()
+    } else if (1e-3..1e6).contains(&size) {
+        let decimals = (5 - size.log10().floor() as i32).max(0) as usize;
+        let text = format!("{x:.decimals$}");
+        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
+    } else {
+        format!("{x:.5e}")
+    }
+}
+
+/// The stress unit in which a tensor's largest component has one to three digits before the point.
+pub fn stress_unit(largest: f64) -> (f64, &'static str) {
+    [(1e12, "TPa"), (1e9, "GPa"), (1e6, "MPa"), (1e3, "kPa")]
+        .into_iter()
+        .find(|(size, _)| largest >= *size)
+        .unwrap_or((1.0, "Pa"))
+}
+
+/// Rows of a 6×6 matrix in a unit, right-aligned.
+pub fn matrix_rows(m: &[[f64; 6]; 6], unit: f64) -> Vec<String> {
+    m.iter().map(|row| row.iter().map(|x| format!("{:>10.3}", x / unit + 0.0)).collect()).collect()
+}
+
+/// Largest magnitude of a 6×6 matrix.
+pub fn largest(m: &[[f64; 6]; 6]) -> f64 {
+    m.iter().flatten().fold(0.0, |a, x| a.max(x.abs()))
+}
+
+/// A direction in brief.
+pub fn direction(n: &[f64; 3]) -> String {
+    format!("({:.4}, {:.4}, {:.4})", n[0] + 0.0, n[1] + 0.0, n[2] + 0.0)
+}

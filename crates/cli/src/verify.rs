@@ -1,0 +1,97 @@
+//! `anisobond verify`.
+
+use anisobond::experiment::{Finding, Verdict, prakash};
+use anisobond::{Error, Result};
+use serde_json::json;
+
+use crate::{Ending, args, text};
+
+/// A suite: its name, its document, and what computes it.
+type Suite = (&'static str, &'static str, fn() -> Result<Vec<Finding>>);
+
+const SUITES: [Suite; 1] = [(
+    "prakash",
+    "Prakash, A General Numerical Method to Model Anisotropy in Discretized Bond-Based Peridynamics",
+    prakash::findings,
+)];
+
+pub fn run(args: &args::Verify) -> Result<Ending> {
+    let chosen: Vec<&Suite> =
+        SUITES.iter().filter(|s| args.suite.as_ref().is_none_or(|name| name.eq_ignore_ascii_case(s.0))).collect();
+    if chosen.is_empty() {
+        let names: Vec<&str> = SUITES.iter().map(|s| s.0).collect();
+        let asked = args.suite.as_deref().unwrap_or("");
+        return Err(Error::input(format!("unknown suite {asked}"), format!("use one of {}", names.join(", "))));
+    }
+    let mut deviates = false;
+    let mut documents = Vec::new();
+    let mut out = String::new();
+    for (name, title, compute) in chosen {
+        let findings = compute()?;
+        let count = |v: Verdict| findings.iter().filter(|f| f.verdict() == v).count();
+        deviates |= count(Verdict::Deviates) > 0;
+        if args.json {
+            let all: Vec<_> = findings.iter().map(|f| json!({"verdict": f.verdict(), "finding": f})).collect();
+            documents.push(json!({
+                "suite": name, "document": title, "values": findings.len(), "agree": count(Verdict::Agrees),
+                "unprinted": count(Verdict::Unprinted), "published_wrong": count(Verdict::PublishedWrong),
+                "deviate": count(Verdict::Deviates), "findings": all,
+            }));
+            continue;
+        }
+        out += &format!("{title}\n\n{}", table(&findings, args.brief));
+        out += &format!(
+            "\n{} values: {} as printed, {} printed wrong (reasons above), {} not printed, {} of ours deviate\n",
+            findings.len(),
+            count(Verdict::Agrees),
+            count(Verdict::PublishedWrong),
+            count(Verdict::Unprinted),
+            count(Verdict::Deviates)
+        );
+    }
+    if args.json {
+        text::print_json(&json!({ "passed": !deviates, "suites": documents }))?;
+    } else {
+        text::print(&out)?;
+    }
+    Ok(if deviates { Ending::Deviates } else { Ending::Done })
+}
+
+fn table(findings: &[Finding], brief: bool) -> String {
+    let shown = |f: &&Finding| !brief || matches!(f.verdict(), Verdict::PublishedWrong | Verdict::Deviates);
+    let width = findings.iter().map(|f| f.quantity.chars().count()).max().unwrap_or(0);
+    let pad = |text: &str| format!("{text}{}", " ".repeat(width.saturating_sub(text.chars().count())));
+    let mut out =
+        format!("{:14} {} {:>12} {:>16} {:>16}\n", "place", pad("quantity"), "published", "reference", "ours");
+    for f in findings.iter().filter(shown) {
+        let published = if f.published.is_empty() { "–" } else { &f.published };
+        let mark = match f.verdict() {
+            Verdict::Agrees | Verdict::Unprinted => "",
+            Verdict::PublishedWrong => "  printed wrong",
+            Verdict::Deviates => "  DEVIATES",
+        };
+        // Rounding is not a value: what is zero within the tolerance is printed as it is meant.
+        let ours = if f.reference == 0.0 && f.ours.abs() <= f.tolerance { 0.0 } else { f.ours };
+        out += &format!(
+            "{:14} {} {published:>12} {:>16} {:>16}{mark}\n",
+            f.place,
+            pad(&f.quantity),
+            digits(f.reference),
+            digits(ours)
+        );
+        if f.verdict() == Verdict::PublishedWrong {
+            out += &format!("{:14}   ↳ {}\n", "", f.note);
+        }
+    }
+    out
+}
+
+/// Nine significant digits.
+fn digits(x: f64) -> String {
+    if x == 0.0 || x.abs() < 1e-12 {
+        return "0".into();
+    }
+    let decimals = (8 - x.abs().log10().floor() as i32).clamp(0, 12) as usize;
+    let text = format!("{x:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
+}
