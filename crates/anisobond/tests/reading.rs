@@ -353,11 +353,11 @@ fn wrong_materials_are_refused_with_place_problem_and_remedy() {
         (with("c21 = 41"), &["line 10, c21: c21 = 41 MPa contradicts c12 = 40 MPa; the matrix is symmetric"]),
         (
             replaced("c12 = 40\nc44 = 32.25\n", ""),
-            &["line 5, c11: class transversely-isotropic needs 5 independent constants, 3 given (c11, c33, c13); add c12 (or c66) and c44 (or c55)"],
+            &["line 5, c11: class transversely-isotropic needs 5 independent constants but has 3 (from c11, c33 and c13); add c12 (or c66) and c44 (or c55)"],
         ),
         (
             "unit = \"GPa\"\nclass = \"isotropic\"\nc44 = 3".into(),
-            &["class isotropic needs 2 independent constants, 1 given (c44); add c11 (or c12"],
+            &["class isotropic needs 2 independent constants but has 1 (from c44); add c11 (or c12"],
         ),
         (replaced("class = \"transversely-isotropic\"", ""), &["line 5, c11: c22, c23, c55 and c66 missing; add at least the nine"]),
         (replaced("transversely-isotropic", "transversly isotropic"), &["line 4, class: unknown symmetry class \"transversly isotropic\"; did you mean transversely-isotropic?"]),
@@ -518,7 +518,7 @@ fn a_broken_row_carries_its_error_and_the_others_go_on() {
     );
     let expected = [
         ("a", 1, ""),
-        ("2", 2, "rocks, :2:63: this is not JSON"),
+        ("2", 2, "rocks, line 2, column 63: this is not JSON"),
         ("c", 4, "rocks, line 4: no stiffness is given"),
         ("d", 5, "rocks, line 5, elastic_tensor: a 6×6 matrix is needed, not rows of [1] numbers"),
         ("5", 6, "rocks, line 6: no stiffness is given"),

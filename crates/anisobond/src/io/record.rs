@@ -28,6 +28,9 @@ pub(super) fn material_of_record(node: &Node, unit: Option<&StressUnit>) -> Resu
     let Some(tensor) = tensor_of(node) else {
         let mut material = material_of(node, &habits)?;
         material.name = name_of(node);
+        if material.source.is_empty() {
+            material.source = identity_of(node);
+        }
         return Ok(material);
     };
     let size = match (node.get("unit"), &habits.unit) {
@@ -42,13 +45,18 @@ pub(super) fn material_of_record(node: &Node, unit: Option<&StressUnit>) -> Resu
     };
     let stiffness = stiffness_of(&tensor.value, &tensor.key, Order::Voigt, value)?;
     stiffness.require_positive_definite().map_err(|e| e.at(place(tensor.line, &tensor.key)))?;
-    let source = first_word(node, &["material_id", "id"]).unwrap_or_default();
-    Ok(Material { name: name_of(node), stiffness, density: density_of(node, habits.density)?, source })
+    let density = density_of(node, habits.density)?;
+    Ok(Material { name: name_of(node), stiffness, density, source: identity_of(node) })
 }
 
 /// What to call a record among others; `None` if it says nothing.
 pub(super) fn id_of(node: &Node) -> Option<String> {
     first_word(node, &["material_id", "id", "name", "formula_pretty", "formula"])
+}
+
+/// The record's number in its database, which is where its values come from.
+fn identity_of(node: &Node) -> String {
+    first_word(node, &["material_id", "id"]).unwrap_or_default()
 }
 
 fn name_of(node: &Node) -> String {

@@ -13,7 +13,7 @@ use serde_json::value::RawValue;
 use super::material::components::{Component, component_of, name, names};
 use super::material::{StressUnit, positive_density};
 use super::record::{id_of, material_of_record};
-use super::tree::{Lines, Node, json_error, json_items, json_node, read_text, without_mark};
+use super::tree::{Lines, Node, json_error, json_items, json_line_error, json_node, read_text, without_mark};
 use super::units::{Dimension, split};
 use super::words::{enumeration, nearest, quoted};
 use crate::tensor::{Material, Stiffness};
@@ -126,9 +126,9 @@ impl Format {
 /// Rows of a JSON list; a single object is a list of one.
 fn json_rows(text: &str, place: &str, unit: Option<&StressUnit>) -> Result<Vec<Row>> {
     let lines = Lines::new(text);
-    let root: &RawValue = serde_json::from_str(text).map_err(|e| json_error(place, 0, &e))?;
+    let root: &RawValue = serde_json::from_str(text).map_err(|e| json_error(place, &e))?;
     let items = match root.get().as_bytes().first() {
-        Some(b'[') => json_items(root.get()).map_err(|e| json_error(place, 0, &e))?,
+        Some(b'[') => json_items(root.get()).map_err(|e| json_error(place, &e))?,
         Some(b'{') => vec![root],
         _ => {
             return Err(Error::input(
@@ -148,7 +148,7 @@ fn json_rows(text: &str, place: &str, unit: Option<&StressUnit>) -> Result<Vec<R
 fn json_line_rows(text: &str, place: &str, unit: Option<&StressUnit>) -> Vec<Row> {
     let lines = Lines::new(text);
     let node = |n: usize, line: &str| {
-        let raw: &RawValue = serde_json::from_str(line).map_err(|e| json_error("", n, &e))?;
+        let raw: &RawValue = serde_json::from_str(line).map_err(|e| json_line_error(n + 1, &e))?;
         // A slice of this very text, so that its place in it is known.
         let start = line.find(raw.get()).unwrap_or(0);
         json_node(&line[start..start + raw.get().len()], &lines)

@@ -1,5 +1,6 @@
 //! What a TOML or JSON file says, as one tree whose every value knows its line.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use serde::de::{Deserializer, MapAccess, Visitor};
@@ -169,14 +170,13 @@ pub(super) fn parse_toml(text: &str, file: &str) -> Result<Node> {
     let document = DeTable::parse(text).map_err(|e| {
         let at = e.span().map_or(0, |span| span.start).min(text.len());
         let message = e.message().lines().map(str::trim).collect::<Vec<_>>().join(", ");
-        syntax_error(file, lines.line(at), lines.column(at), "TOML", &message)
+        Error::input(format!("this is not TOML: {message}"), "correct the file at that place").at(format!(
+            "{file}:{}:{}",
+            lines.line(at),
+            lines.column(at)
+        ))
     })?;
     Ok(Node { line: 1, kind: Kind::Table(toml_entries(document.get_ref(), &lines)) })
-}
-
-fn syntax_error(file: &str, line: usize, column: usize, language: &str, message: &str) -> Error {
-    Error::input(format!("this is not {language}: {message}"), "correct the file at that place")
-        .at(format!("{file}:{line}:{column}"))
 }
 
 /// Entries of a TOML table in the order of the file.
@@ -216,15 +216,26 @@ fn toml_node(value: &DeValue<'_>, line: usize, lines: &Lines) -> Node {
 /// # Errors
 /// The first syntax error, placed as file:line:column; nesting deeper than 40.
 pub(super) fn parse_json(text: &str, file: &str) -> Result<Node> {
-    let raw: &RawValue = serde_json::from_str(text).map_err(|e| json_error(file, 0, &e))?;
+    let raw: &RawValue = serde_json::from_str(text).map_err(|e| json_error(file, &e))?;
     json_node(raw.get(), &Lines::new(text)).map_err(|e| e.at(file))
 }
 
-/// A syntax error of a piece of a file that begins after `before` lines.
-pub(super) fn json_error(file: &str, before: usize, e: &serde_json::Error) -> Error {
+/// A syntax error of a whole file.
+pub(super) fn json_error(file: &str, e: &serde_json::Error) -> Error {
+    Error::input(json_problem(e), JSON_REMEDY).at(format!("{file}:{}:{}", e.line(), e.column()))
+}
+
+/// A syntax error of one line of a file.
+pub(super) fn json_line_error(line: usize, e: &serde_json::Error) -> Error {
+    Error::input(json_problem(e), JSON_REMEDY).at(format!("line {line}, column {}", e.column()))
+}
+
+const JSON_REMEDY: &str = "correct the file at that place (JSON has no NaN: write null)";
+
+fn json_problem(e: &serde_json::Error) -> String {
     let message = e.to_string();
     let message = message.rsplit_once(" at line ").map_or(message.as_str(), |(words, _)| words);
-    syntax_error(file, before + e.line(), e.column(), "JSON", message)
+    format!("this is not JSON: {message}")
 }
 
 /// The tree of one JSON value that is a piece of the text of `lines`.
@@ -234,9 +245,10 @@ pub(super) fn json_node(raw: &str, lines: &Lines) -> Result<Node> {
 
 fn json_at_depth(raw: &str, lines: &Lines, depth: usize) -> Result<Node> {
     let line = lines.line_of(raw);
-    let wrong = |message: &str| Error::input(message, "correct the file at that place").at(format!("line {line}"));
+    let wrong = |message: &str| Error::input(message, JSON_REMEDY).at(format!("line {line}"));
     if depth > DEPTH {
-        return Err(wrong("lists and tables are nested too deep"));
+        return Err(Error::input("lists and tables are nested too deep", format!("nest at most {DEPTH}"))
+            .at(format!("line {line}")));
     }
     let unreadable = |e: serde_json::Error| wrong(&format!("this is not JSON: {e}"));
     let kind = match raw.as_bytes().first() {
@@ -247,9 +259,10 @@ fn json_at_depth(raw: &str, lines: &Lines, depth: usize) -> Result<Node> {
         }
         Some(b'{') => {
             let mut entries: Vec<Entry> = Vec::new();
+            let mut seen = HashSet::new();
             for (key, value) in json_pairs(raw).map_err(unreadable)? {
                 let value = json_at_depth(value.get(), lines, depth + 1)?;
-                if entries.iter().any(|e| e.key == key) {
+                if !seen.insert(key.clone()) {
                     return Err(value.wrong(&key, "the key is given twice", "keep one of them"));
                 }
                 if !matches!(value.kind, Kind::Null) {

@@ -298,11 +298,11 @@ fn too_few(setting: &Setting, rows: &Rows, basis: &[Component], given: &[Given])
     let named: Vec<&str> = given.iter().map(|g| g.entry.key.as_str()).collect();
     Error::input(
         format!(
-            "{} needs {} independent constants, {} given ({})",
+            "{} needs {} independent constants but has {} (from {})",
             setting.words(),
             setting.constants.len(),
             basis.len(),
-            named.join(", ")
+            enumeration(&named)
         ),
         format!("add {}", enumeration(&wanted)),
     )

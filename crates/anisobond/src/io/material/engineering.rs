@@ -200,7 +200,8 @@ impl Constants<'_> {
         if (old.value - new.value).abs() <= CONTRADICTION * scale {
             return Ok(());
         }
-        let (wrong, right) = if new.given { (&new, old) } else { (old, &new) };
+        // What stands in the file, and later in it, is named first.
+        let (wrong, right) = if (new.given, new.line) > (old.given, old.line) { (&new, old) } else { (old, &new) };
         let show = |k: &Known| match k.name.is_ratio() {
             true => format!("{} = {}", k.from, number(k.value)),
             false => format!("{} = {}", k.from, self.units.shown().show(k.value)),
@@ -357,11 +358,12 @@ fn spread(constants: &mut Constants, group: &[Name]) -> Result<()> {
 /// ν_ij/E_i = ν_ji/E_j for the three pairs.
 fn reciprocity(constants: &mut Constants) -> Result<()> {
     for (i, j) in [(0, 1), (1, 0), (1, 2), (2, 1), (2, 0), (0, 2)] {
-        let (from, to) = (Name::Poisson(i, j), Name::Poisson(j, i));
-        let known = |name| constants.value(name);
-        if let (Some(nu), Some(ei), Some(ej)) = (known(from), known(Name::Young(i)), known(Name::Young(j))) {
-            let formula = format!("{} {}/{}", from.key(), Name::Young(j).key(), Name::Young(i).key());
-            constants.imply(to, nu * ej / ei, formula)?;
+        let known = |name| constants.get(name);
+        let all = (known(Name::Poisson(i, j)), known(Name::Young(i)), known(Name::Young(j)));
+        if let (Some(nu), Some(ei), Some(ej)) = all {
+            let formula = format!("{} {}/{}", nu.from, ej.from, ei.from);
+            let value = nu.value * ej.value / ei.value;
+            constants.imply(Name::Poisson(j, i), value, formula)?;
         }
     }
     Ok(())

@@ -418,3 +418,17 @@ pub(super) fn positive_density(value: f64) -> Result<f64> {
     }
     Err(Error::input(format!("a density of {value} kg/m3 is not possible"), "give a positive one, or leave it out"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_example_of_this_page_is_read() {
+        let page = include_str!("mod.rs").lines().filter_map(|line| line.strip_prefix("//! "));
+        let example: Vec<&str> = page.skip_while(|l| *l != "```toml").skip(1).take_while(|l| *l != "```").collect();
+        let rock = parse_material(&example.join("\n"), "example.toml").unwrap();
+        assert_eq!((rock.name.as_str(), rock.density), ("my rock", Some(2650.0)));
+        assert!((rock.stiffness.voigt()[(2, 2)] / 55e6 - 1.0).abs() < 1e-15);
+    }
+}
