@@ -1,7 +1,7 @@
 //! `anisobond tensor`.
 
 use anisobond::io::{TensorReport, find_material, parse_density};
-use anisobond::tensor::{DirectionalModuli, Extremes, Material};
+use anisobond::tensor::{DirectionalModuli, Extremes, Material, SymmetryClass};
 use anisobond::{Error, Result};
 use serde_json::json;
 
@@ -126,22 +126,24 @@ fn describe(r: &TensorReport, directions: &serde_json::Value) -> String {
     } else {
         " at least; the Cauchy part has a negative Kelvin modulus, so that no bonds c ≥ 0 reach even that\n"
     };
+    out += &format!("  defect D, what they cannot see ({name}): D11 = C44 − C23, D12 = C36 − C45, …\n");
     for row in &r.cauchy.defect {
-        let row: String = row.iter().map(|x| format!("{:>10.3}", x / unit + 0.0)).collect();
-        out += &format!("  {}{row}\n", if row.is_empty() { "" } else { "defect " });
+        out += &format!("  {}\n", row.iter().map(|x| text::entry(x / unit)).collect::<String>());
     }
     let s = &r.symmetry;
     out += &format!("\nsymmetry: {} (within {})\n", s.class.name(), text::number(s.tolerance));
     for fit in &s.fits {
         let mark = if fit.class == s.class { "→" } else { " " };
-        let axes = fit.axes;
-        let axis = [axes[(0, 2)], axes[(1, 2)], axes[(2, 2)]];
+        let axis = match fit.class {
+            // Every axis, and none.
+            SymmetryClass::Isotropic | SymmetryClass::Triclinic => String::new(),
+            _ => format!("   e3 {}", text::direction(&[fit.axes[(0, 2)], fit.axes[(1, 2)], fit.axes[(2, 2)]])),
+        };
         out += &format!(
-            "  {mark} {:24} {:>2} constants  distance {:>10} %   e3 {}\n",
+            "  {mark} {:24} {:>2} constants  distance {:>10} %{axis}\n",
             fit.class.name(),
             fit.constants,
             if fit.distance < 1e-12 { "0".into() } else { text::number(100.0 * fit.distance) },
-            text::direction(&axis)
         );
     }
     out

@@ -67,7 +67,12 @@ pub fn stress_unit(largest: f64) -> (f64, &'static str) {
 
 /// Rows of a 6×6 matrix in a unit, right-aligned.
 pub fn matrix_rows(m: &[[f64; 6]; 6], unit: f64) -> Vec<String> {
-    m.iter().map(|row| row.iter().map(|x| format!("{:>10.3}", x / unit + 0.0)).collect()).collect()
+    m.iter().map(|row| row.iter().map(|x| entry(x / unit)).collect()).collect()
+}
+
+/// An entry of a printed matrix; rounding is not printed as −0.
+pub fn entry(x: f64) -> String {
+    format!("{:>10.3}", if x.abs() < 5e-4 { 0.0 } else { x })
 }
 
 /// Largest magnitude of a 6×6 matrix.

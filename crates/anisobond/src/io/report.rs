@@ -273,13 +273,12 @@ impl NeighbourhoodReport {
 
 impl InfeasibilityReport {
     fn new(i: &Infeasibility, lower_bound: f64) -> Self {
+        let below = if lower_bound > 0.0 { "micromoduli below the lower bound" } else { "negative micromoduli" };
+        const SPAN: &str = "the bonds of this neighbourhood span too few tensors to express the target's Cauchy part";
         let what = match i.cause {
-            Cause::Rank => "the bonds of this neighbourhood span too few tensors to express the target's Cauchy part",
-            Cause::Cone => "the target's Cauchy part needs micromoduli below the lower bound",
-            Cause::RankAndCone => {
-                "the bonds of this neighbourhood span too few tensors to express the target's Cauchy part, and what \
-                 they span needs micromoduli below the lower bound"
-            }
+            Cause::Rank => SPAN.to_string(),
+            Cause::Cone => format!("the target's Cauchy part needs {below} on this neighbourhood"),
+            Cause::RankAndCone => format!("{SPAN}, and what they span of it needs {below}"),
         };
         let remedy = match (i.in_every_neighbourhood, lower_bound > 0.0) {
             (true, _) => "no neighbourhood of central bonds can: the Cauchy part has a negative Kelvin modulus",
