@@ -1,11 +1,11 @@
 //! Elastic moduli along a direction, and their extremes over all directions.
 
-use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
 
 use super::stiffness::{PAIRS, Stiffness, mandel_weight};
 use super::turning::{
-    Local, Mandel, View, array_of, descend, frame_of, frame_of_pair, half_sphere, special_directions,
+    Local, Mandel, View, array_of, descend, eigen3, frame_of, frame_of_pair, half_sphere, special_directions,
 };
 use crate::{Error, Result};
 
@@ -130,13 +130,13 @@ impl DirectionalModuli {
 
     /// Extremes of β(n): the eigenvalues of S_ijkk.
     fn compressibility_extremes(&self) -> Extremes {
-        let eigen = SymmetricEigen::new(self.compressibility);
+        let (values, vectors) = eigen3(&self.compressibility);
         let along = |k: usize| Extreme {
-            value: eigen.eigenvalues[k],
-            direction: oriented(&eigen.eigenvectors.column(k).into_owned()),
+            value: values[k],
+            direction: oriented(&vectors.column(k).into_owned()),
             transverse: None,
         };
-        Extremes { min: along(eigen.eigenvalues.imin()), max: along(eigen.eigenvalues.imax()) }
+        Extremes { min: along(0), max: along(2) }
     }
 
     /// All a direction n says: S_nnnn, and the extremes over m ⟂ n of 4 S_nmnm and of −S_nnmm/S_nnnn.
@@ -256,7 +256,7 @@ fn pair(n: &Vector3<f64>, m: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
 }
 
 /// Kelvin-Mandel coordinates of the symmetric part of a⊗b.
-fn vector6(a: &Vector3<f64>, b: &Vector3<f64>) -> [f64; 6] {
+pub(super) fn vector6(a: &Vector3<f64>, b: &Vector3<f64>) -> [f64; 6] {
     std::array::from_fn(|row| {
         let (i, j) = PAIRS[row];
         0.5 * (a[i] * b[j] + a[j] * b[i]) * mandel_weight(row)
@@ -273,11 +273,11 @@ fn tensor3(v: &[f64; 6]) -> Matrix3<f64> {
     m
 }
 
-fn times(s: &Mandel, v: &[f64; 6]) -> [f64; 6] {
+pub(super) fn times(s: &Mandel, v: &[f64; 6]) -> [f64; 6] {
     std::array::from_fn(|a| inner(&s[a], v))
 }
 
-fn inner(a: &[f64; 6], b: &[f64; 6]) -> f64 {
+pub(super) fn inner(a: &[f64; 6], b: &[f64; 6]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
