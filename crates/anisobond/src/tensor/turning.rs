@@ -134,7 +134,7 @@ pub(super) fn descend(c: &Mandel, start: &Matrix3<f64>, objective: impl Fn(&View
     let mut here = objective(&View::new(c, &q));
     for _ in 0..MOST_STEPS {
         let mut step = newton_step(&here);
-        if !(step.norm() > SHORTEST_STEP) {
+        if step.norm() <= SHORTEST_STEP {
             break;
         }
         let mut moved = false;

@@ -53,7 +53,7 @@ impl Stiffness {
             .filter(|n| n.iter().all(|x| x.is_finite()))
             .ok_or_else(|| Error::input("the wave's direction is zero", "give a direction of any length but zero"))?;
         let (values, vectors) = eigen3(&self.christoffel(&n));
-        if !(values[0] >= -1e-13 * values[2].abs()) {
+        if values[0].is_nan() || values[0] < -1e-13 * values[2].abs() {
             return Err(Error::input(
                 format!("no wave travels along ({:.3} {:.3} {:.3}): ρc² would be {:e} Pa", n[0], n[1], n[2], values[0]),
                 "give a stiffness that is positive definite",
