@@ -244,6 +244,24 @@ pub(super) fn half_sphere(count: usize) -> impl Iterator<Item = Vector3<f64>> {
     })
 }
 
+/// Of directions with values, at most `most` starts: the smallest that are pairwise apart by more than an angle of given
+/// cosine, in the order of the list. Several starts in one basin are wanted: some descents leave it for a lower one.
+pub(super) fn starts_apart(samples: &[(f64, Vector3<f64>)], cosine: f64, most: usize) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..samples.len()).collect();
+    order.sort_by(|&i, &j| samples[i].0.total_cmp(&samples[j].0));
+    let mut out: Vec<usize> = Vec::with_capacity(most);
+    for i in order {
+        if out.len() == most {
+            break;
+        }
+        if !out.iter().any(|&j| samples[i].1.dot(&samples[j].1).abs() > cosine) {
+            out.push(i);
+        }
+    }
+    out.sort_unstable();
+    out
+}
+
 /// Directions that symmetric tensors single out: axes, face and body diagonals, and the eigenvectors of C_ijkk and
 /// C_ikjk, which lie along or across the axes of every symmetry the tensor has (Cowin & Mehrabadi 1987).
 pub(super) fn special_directions(c: &Stiffness) -> Vec<Vector3<f64>> {
