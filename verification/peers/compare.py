@@ -54,7 +54,7 @@ def elasticipy(c):
     for kind in ("voigt", "reuss", "hill"):
         average = t.average(kind.capitalize())
         out[kind + "_bulk"] = average.bulk_modulus
-        out[kind + "_shear"] = 1 / average.inv().matrix()[3, 3] if hasattr(average.inv(), "matrix") else average.C44
+        out[kind + "_shear"] = average.C44
     out["is_isotropic"], out["is_cubic"] = bool(t.is_isotropic()), bool(t.is_cubic())
     out["is_tetragonal"] = bool(t.is_tetragonal())
     return out

@@ -67,7 +67,7 @@ impl Stiffness {
 
     /// The extremes over all directions of the slowest, the intermediate and the fastest wave, by a search over the
     /// half sphere and a simplex search from the best directions. The speeds are accurate to about 10⁻¹², also where
-    /// two of them meet in a cone and have no gradient. Where moduli differ by a factor of thousands, two such cones of
+    /// two of them meet in a cone and have no gradient. Where moduli differ by a factor of thousands, two optima of
     /// nearly the same speed may be taken for each other (1 of 150 random orthotropic tensors, by 10⁻⁵).
     ///
     /// # Errors
