@@ -102,7 +102,7 @@ def elate(c):
 
 def ours(analysis):
     """The same names from the JSON of `anisobond tensor MATERIAL --json` (SI there)."""
-    averages, directional = analysis["average_moduli"], analysis["directional"]
+    averages, directional = analysis["moduli"], analysis["directional"]
     out = {"universal_anisotropy": averages["universal_anisotropy"], "hill_poisson": averages["hill_poisson"]}
     out["hill_young"] = averages["hill_young"] / 1e9
     for kind in ("voigt", "reuss", "hill"):
@@ -111,8 +111,8 @@ def ours(analysis):
     for key, unit in [("young", 1e9), ("shear", 1e9), ("poisson", 1.0), ("linear_compressibility", 1e-9)]:
         for end in ("min", "max"):
             out[f"{key}_{end}"] = directional[key][end]["value"] / unit
-    out["nu12"], out["nu31"] = (analysis["engineering_constants"][k] for k in ("nu12", "nu31"))
-    for key, extremes in analysis.get("waves", {}).items():
+    out["nu12"], out["nu31"] = (analysis["engineering"][k] for k in ("nu12", "nu31"))
+    for key, extremes in analysis["waves"]["extremes"].items():
         for end in ("min", "max"):
             out[f"wave_{key}_{end}"] = extremes[end]["value"] / 1e3
     return out
@@ -140,7 +140,7 @@ def table(binary):
     reference = json.loads((HERE / "reference.json").read_text())
     print(f"{'material':10} {'quantity':28} {'peer':11} {'theirs':>16} {'ours':>16} {'difference':>11}")
     for name, peers in reference["materials"].items():
-        answer = subprocess.run([binary, "tensor", name, "--json"], capture_output=True, text=True, check=True)
+        answer = subprocess.run([binary, "tensor", name, "--density", f"{DENSITY} g/cm3", "--json"], capture_output=True, text=True, check=True)
         mine = ours(json.loads(answer.stdout))
         for peer in PEERS:
             for key, theirs in peers[peer].items():

@@ -1,6 +1,5 @@
 //! An elastic tensor and what can be said of it without a lattice.
 
-mod analysis;
 mod cauchy;
 mod class;
 mod directional;
@@ -11,7 +10,6 @@ mod symmetry;
 mod turning;
 mod waves;
 
-pub use analysis::Analysis;
 pub use cauchy::{MONOMIALS, Quartic, cauchy_coordinates, quartic_of, quartic_weights, tensor_of};
 pub use class::{SymmetryClass, closure, project};
 pub use directional::{DirectionalExtremes, DirectionalModuli, Extreme, Extremes};
