@@ -331,6 +331,8 @@ fn bad_input_gets_one_message_with_place_and_remedy() {
         (&["calibrate", "Si", "--cut", "0,0,0"], "--cut"),
         (&["calibrate", "Si", "--jsonl"], "--json"),
         (&["calibrate", "Si", "-o", "/proc/nowhere"], "/proc/nowhere"),
+        (&["calibrate", "Si", "--row", "x"], "one material"),
+        (&["tensor", "Si", "--unit", "MPa"], "one material"),
         (&["tensor", "Si", "--density", "3 GPa"], "--density"),
         (&["tensor", "Si", "--density", "-3 g/cm3"], "density"),
         (&["tensor", "Si", "--direction", "0,0,0"], "--direction"),
