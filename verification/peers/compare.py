@@ -4,7 +4,7 @@
     peers/bin/python verification/peers/compare.py --write       # peers' values -> reference.json
     peers/bin/python verification/peers/compare.py [ANISOBOND]   # table of differences with the binary's answers
 
-mechelastic carries ELATE's code (Gaillac & Coudert, MIT), which is not on PyPI by itself. Stiffnesses in GPa, density
+mechelastic carries ELATE's code (Gaillac & Coudert, MIT), which is not published as a package by itself. Stiffnesses in GPa, density
 DENSITY in g/cm3, speeds in km/s.
 """
 
