@@ -52,12 +52,18 @@ pub fn write_vtp(path: impl AsRef<Path>, neighbourhood: &Neighbourhood, micromod
 }
 
 /// The shortest text that reads back to the same number.
-fn exact(value: &f64) -> String {
+pub(super) fn exact(value: &f64) -> String {
     format!("{value:?}")
 }
 
 /// One `DataArray` in text, a tuple of `components` numbers per line.
-fn array<T: Display>(file: &mut String, kind: &str, name: &str, components: usize, values: impl Iterator<Item = T>) {
+pub(super) fn array<T: Display>(
+    file: &mut String,
+    kind: &str,
+    name: &str,
+    components: usize,
+    values: impl Iterator<Item = T>,
+) {
     let _ = writeln!(
         file,
         "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"ascii\">"

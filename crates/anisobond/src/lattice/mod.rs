@@ -1,11 +1,15 @@
 //! Where bonds are.
 
 mod contacts;
+pub mod generate;
 mod influence;
 mod neighbourhood;
 mod packing;
+mod search;
+mod statistics;
 
-pub use contacts::{Contact, Lattice, naive_contacts};
+pub use contacts::{Contact, Lattice, contacts, naive_contacts};
 pub use influence::Influence;
 pub use neighbourhood::{Bond, Neighbourhood, Shape};
 pub use packing::Packing;
+pub use statistics::{PackingStatistics, Range};

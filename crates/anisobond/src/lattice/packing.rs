@@ -59,6 +59,11 @@ impl Packing {
         self.cell
     }
 
+    /// Volume of the cell (m³); `None` for a free packing.
+    pub fn volume(&self) -> Option<f64> {
+        self.cell.map(|edges| edges.product())
+    }
+
     /// Centres (m), in the cell if there is one.
     pub fn centres(&self) -> &[Vector3<f64>] {
         &self.centres
