@@ -95,7 +95,5 @@ fn main() {
             result.solver.iterations,
             1e9 * per_bond
         );
-        let c = result.measured.voigt() * 1e-6;
-        println!("       {:.3} {:?}", c.diagonal().transpose(), result.certificate);
     }
 }

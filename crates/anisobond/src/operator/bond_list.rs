@@ -140,6 +140,7 @@ impl BondList {
     }
 
     /// y = K x: the gradient (N, N·m) of the bonds' energy at displacements and rotations x, without macroscopic strain.
+    #[inline(always)]
     pub fn apply<const L: usize>(&self, x: &[NodeField<L>], y: &mut [NodeField<L>]) {
         y.fill([[0.0; L]; 6]);
         for bond in &self.bonds {

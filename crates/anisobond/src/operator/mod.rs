@@ -4,4 +4,4 @@ mod bond_list;
 mod morton;
 pub mod naive;
 
-pub use bond_list::{BondList, Field, Network, NodeField, StiffBond};
+pub use bond_list::{BondList, Field, Measured, Network, NodeField, StiffBond};
