@@ -6,10 +6,22 @@
 //! c ≥ l reaches S, non-negative least squares (`nnls`) gives the closest reachable tensor and, as its residual,
 //! the certificate.
 
+mod best_fit;
 mod calibrator;
 mod dual_newton;
+mod lattice_stiffness;
+mod microplane;
 pub mod naive;
 mod nnls;
 mod rays;
+mod sphere_rule;
 
+pub use best_fit::best_fit_stiffness;
 pub use calibrator::{Calibration, Calibrator, Cause, Infeasibility, LowerBound};
+pub use lattice_stiffness::{ContactStatistics, LatticeStiffness, PI_HAT, lattice_mu};
+pub(crate) use microplane::strain_dot;
+pub use microplane::{
+    DirectionModuli, EllipticFit, EllipticMicroplane, EllipticModuli, TransverseConstants, axis_of_strike_and_dip,
+    microplane_stiffness, normal_projection, tangential_projection, unit_axis,
+};
+pub use sphere_rule::SphereRule;

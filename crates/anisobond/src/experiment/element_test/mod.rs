@@ -1,0 +1,10 @@
+//! Element tests: the stiffness that a periodic lattice really has.
+//!
+//! [`ElementTest`] is the static test (periodic homogenisation at infinitesimal strain); [`DynamicTest`] is the procedure
+//! of the cross-anisotropy document, at finite strain.
+
+mod mechanism;
+mod static_test;
+
+pub use mechanism::Mechanism;
+pub use static_test::{Certificate, ElementTest, ElementTestResult, Fields, Mechanisms, Rotations};

@@ -1,0 +1,7 @@
+//! The sum over bonds: fast kernels on a bond list, and the dense matrix they must agree with.
+
+mod bond_list;
+mod morton;
+pub mod naive;
+
+pub use bond_list::{BondList, Field, Measured, Network, NodeField, StiffBond};

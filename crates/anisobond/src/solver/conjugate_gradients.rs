@@ -1,0 +1,207 @@
+//! Preconditioned conjugate gradients for several right-hand sides at once.
+//!
+//! The load cases share the bonds' memory traffic and nothing else: each has its own step lengths, and one that has
+//! converged takes no more steps. Solving them together, apart or on several threads gives the same bits.
+
+use serde::Serialize;
+
+use super::preconditioner::BlockJacobi;
+use crate::operator::{BondList, Field, NodeField};
+
+/// When to stop.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Stopping {
+    /// Largest √(r·M⁻¹r) accepted, relative to that of the right-hand side.
+    pub tolerance: f64,
+    /// Most iterations.
+    pub most_iterations: usize,
+}
+
+impl Default for Stopping {
+    fn default() -> Self {
+        Stopping { tolerance: 1e-8, most_iterations: 20_000 }
+    }
+}
+
+/// How a solve ended.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SolverReport {
+    /// Iterations of the slowest load case.
+    pub iterations: usize,
+    /// Largest √(r·M⁻¹r) of the load cases, relative to that of the right-hand side.
+    pub residual: f64,
+    /// Whether every load case met the tolerance.
+    pub converged: bool,
+}
+
+impl SolverReport {
+    /// Both solves as one: the worse of each.
+    pub fn and(self, other: SolverReport) -> SolverReport {
+        SolverReport {
+            iterations: self.iterations.max(other.iterations),
+            residual: self.residual.max(other.residual),
+            converged: self.converged && other.converged,
+        }
+    }
+}
+
+/// Solve K x = b for L load cases. K may be singular (translations always are) as long as b does no work on its zero
+/// modes, which forces from strains never do.
+///
+/// The same code is compiled for wider vectors where the processor has them; without fused multiply-add, so that the
+/// bits do not depend on the processor.
+pub fn conjugate_gradients<const L: usize>(
+    list: &BondList,
+    preconditioner: &BlockJacobi,
+    b: &[NodeField<L>],
+    stopping: &Stopping,
+) -> (Field<L>, SolverReport) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        if is_x86_feature_detected!("avx512f") {
+            // SAFETY: the processor has the features that the function was compiled for.
+            return unsafe { with_avx512(list, preconditioner, b, stopping) };
+        }
+        if is_x86_feature_detected!("avx2") {
+            // SAFETY: as above.
+            return unsafe { with_avx2(list, preconditioner, b, stopping) };
+        }
+    }
+    iterate(list, preconditioner, b, stopping)
+}
+
+/// [`iterate`] with 512-bit vectors.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f")]
+fn with_avx512<const L: usize>(
+    list: &BondList,
+    preconditioner: &BlockJacobi,
+    b: &[NodeField<L>],
+    stopping: &Stopping,
+) -> (Field<L>, SolverReport) {
+    iterate(list, preconditioner, b, stopping)
+}
+
+/// [`iterate`] with 256-bit vectors.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn with_avx2<const L: usize>(
+    list: &BondList,
+    preconditioner: &BlockJacobi,
+    b: &[NodeField<L>],
+    stopping: &Stopping,
+) -> (Field<L>, SolverReport) {
+    iterate(list, preconditioner, b, stopping)
+}
+
+/// The method.
+#[inline(always)]
+fn iterate<const L: usize>(
+    list: &BondList,
+    preconditioner: &BlockJacobi,
+    b: &[NodeField<L>],
+    stopping: &Stopping,
+) -> (Field<L>, SolverReport) {
+    let mut x = list.zeros();
+    let mut r = b.to_vec();
+    let mut p = list.zeros();
+    let mut q = list.zeros();
+    let mut z = list.zeros();
+    let start = precondition(preconditioner, &r, &mut z);
+    p.copy_from_slice(&z);
+    let mut rz = start;
+    let mut iterations = 0;
+    while active(&rz, &start, stopping) && iterations < stopping.most_iterations {
+        list.apply(&p, &mut q);
+        let alpha = step_length(&rz, &dot(&p, &q), &start, stopping);
+        advance(&alpha, &p, &q, &mut x, &mut r);
+        let rz_next = precondition(preconditioner, &r, &mut z);
+        turn(&ratio(&rz_next, &rz), &z, &mut p);
+        rz = rz_next;
+        iterations += 1;
+    }
+    let residual = relative(&rz, &start).into_iter().fold(0.0, f64::max);
+    let converged = !active(&rz, &start, stopping) && rz.iter().all(|r| r.is_finite());
+    (x, SolverReport { iterations, residual, converged })
+}
+
+/// √(r·z) relative to the start; 0 for a right-hand side of zero.
+fn relative<const L: usize>(rz: &[f64; L], start: &[f64; L]) -> [f64; L] {
+    std::array::from_fn(|l| if start[l] > 0.0 { (rz[l].max(0.0) / start[l]).sqrt() } else { 0.0 })
+}
+
+/// Whether any load case is still above the tolerance.
+fn active<const L: usize>(rz: &[f64; L], start: &[f64; L], stopping: &Stopping) -> bool {
+    relative(rz, start).iter().any(|r| *r > stopping.tolerance)
+}
+
+/// α = r·z/p·Kp; 0 for a load case that has converged, or whose direction costs no energy.
+fn step_length<const L: usize>(rz: &[f64; L], pq: &[f64; L], start: &[f64; L], stopping: &Stopping) -> [f64; L] {
+    let relative = relative(rz, start);
+    std::array::from_fn(|l| if relative[l] > stopping.tolerance && pq[l] > 0.0 { rz[l] / pq[l] } else { 0.0 })
+}
+
+/// β = r′·z′/r·z.
+fn ratio<const L: usize>(next: &[f64; L], rz: &[f64; L]) -> [f64; L] {
+    std::array::from_fn(|l| if rz[l] > 0.0 { next[l] / rz[l] } else { 0.0 })
+}
+
+/// Σ a·b over nodes and components, in node order.
+#[inline(always)]
+fn dot<const L: usize>(a: &[NodeField<L>], b: &[NodeField<L>]) -> [f64; L] {
+    let mut sum = [0.0; L];
+    for (a, b) in a.iter().zip(b) {
+        for (a, b) in a.iter().zip(b) {
+            for l in 0..L {
+                sum[l] += a[l] * b[l];
+            }
+        }
+    }
+    sum
+}
+
+/// x += α p, r −= α q.
+#[inline(always)]
+fn advance<const L: usize>(
+    alpha: &[f64; L],
+    p: &[NodeField<L>],
+    q: &[NodeField<L>],
+    x: &mut [NodeField<L>],
+    r: &mut [NodeField<L>],
+) {
+    for ((p, q), (x, r)) in p.iter().zip(q).zip(x.iter_mut().zip(r)) {
+        for i in 0..6 {
+            for l in 0..L {
+                x[i][l] += alpha[l] * p[i][l];
+                r[i][l] -= alpha[l] * q[i][l];
+            }
+        }
+    }
+}
+
+/// z = M⁻¹ r; returns r·z.
+#[inline(always)]
+fn precondition<const L: usize>(m: &BlockJacobi, r: &[NodeField<L>], z: &mut [NodeField<L>]) -> [f64; L] {
+    let mut sum = [0.0; L];
+    for (node, (r, z)) in r.iter().zip(z).enumerate() {
+        *z = m.apply(node, r);
+        for i in 0..6 {
+            for l in 0..L {
+                sum[l] += r[i][l] * z[i][l];
+            }
+        }
+    }
+    sum
+}
+
+/// p = z + β p.
+#[inline(always)]
+fn turn<const L: usize>(beta: &[f64; L], z: &[NodeField<L>], p: &mut [NodeField<L>]) {
+    for (z, p) in z.iter().zip(p) {
+        for i in 0..6 {
+            for l in 0..L {
+                p[i][l] = z[i][l] + beta[l] * p[i][l];
+            }
+        }
+    }
+}

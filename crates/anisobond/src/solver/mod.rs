@@ -1,0 +1,7 @@
+//! Equilibrium, written against the operator only.
+
+mod conjugate_gradients;
+mod preconditioner;
+
+pub use conjugate_gradients::{SolverReport, Stopping, conjugate_gradients};
+pub use preconditioner::BlockJacobi;

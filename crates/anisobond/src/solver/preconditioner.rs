@@ -1,0 +1,83 @@
+//! Block-Jacobi: the inverse of every node's own 6×6 block.
+
+use nalgebra::{Matrix3, Matrix6};
+
+use crate::operator::{BondList, NodeField};
+
+/// A pivot or eigenvalue below this share of the block's own is zero: the mode costs no energy.
+const SINGULAR: f64 = 1e-12;
+
+/// The inverse of each node's 6×6 block of K; pseudo-inverse where a block is singular. With blocked rotations the
+/// rotational rows are zero, so that conjugate gradients never leave θ = 0.
+pub struct BlockJacobi {
+    blocks: Vec<[[f64; 6]; 6]>,
+}
+
+impl BlockJacobi {
+    /// From a bond list.
+    pub fn new(list: &BondList, rotations_free: bool) -> Self {
+        let invert = |block: &Matrix6<f64>| if rotations_free { inverse(block) } else { blocked_inverse(block) };
+        let blocks = list
+            .diagonal_blocks()
+            .iter()
+            .map(|block| {
+                let m = invert(block);
+                std::array::from_fn(|i| std::array::from_fn(|j| m[(i, j)]))
+            })
+            .collect();
+        BlockJacobi { blocks }
+    }
+
+    /// z = M⁻¹ r at one node.
+    #[inline(always)]
+    pub fn apply<const L: usize>(&self, node: usize, r: &NodeField<L>) -> NodeField<L> {
+        let mut z = [[0.0; L]; 6];
+        for (row, z) in self.blocks[node].iter().zip(&mut z) {
+            for (m, r) in row.iter().zip(r) {
+                for l in 0..L {
+                    z[l] += m * r[l];
+                }
+            }
+        }
+        z
+    }
+}
+
+/// Inverse of a symmetric semidefinite block, scaled to a unit diagonal first: displacements and rotations differ in
+/// unit. By Cholesky where it is definite, over its eigenvectors where it is not.
+fn inverse(block: &Matrix6<f64>) -> Matrix6<f64> {
+    let scale = block.diagonal().map(|d| if d > 0.0 { 1.0 / d.sqrt() } else { 1.0 });
+    let scaled = Matrix6::from_fn(|i, j| block[(i, j)] * scale[i] * scale[j]);
+    let inverse = scaled
+        .cholesky()
+        .filter(|c| c.l_dirty().diagonal().iter().all(|p| p * p > SINGULAR))
+        .map_or_else(|| pseudo_inverse(&scaled), |c| c.inverse());
+    Matrix6::from_fn(|i, j| inverse[(i, j)] * scale[i] * scale[j])
+}
+
+/// Σ v vᵀ/λ over the eigenpairs that are not zero.
+fn pseudo_inverse(scaled: &Matrix6<f64>) -> Matrix6<f64> {
+    let eigen = scaled.symmetric_eigen();
+    let floor = SINGULAR * eigen.eigenvalues.amax();
+    let mut sum = Matrix6::zeros();
+    for (value, v) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+        if *value > floor {
+            sum += v * v.transpose() / *value;
+        }
+    }
+    sum
+}
+
+/// Inverse of the displacement block alone.
+fn blocked_inverse(block: &Matrix6<f64>) -> Matrix6<f64> {
+    let mut only = Matrix6::zeros();
+    only.fixed_view_mut::<3, 3>(0, 0).copy_from(&block.fixed_view::<3, 3>(0, 0));
+    let mut inverse = inverse(&(only + rotational_identity()));
+    inverse.fixed_view_mut::<3, 3>(3, 3).copy_from(&Matrix3::zeros());
+    inverse
+}
+
+/// Ones on the rotational diagonal.
+fn rotational_identity() -> Matrix6<f64> {
+    Matrix6::from_diagonal(&[0.0, 0.0, 0.0, 1.0, 1.0, 1.0].into())
+}
