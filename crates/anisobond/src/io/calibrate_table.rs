@@ -1,6 +1,5 @@
 //! The calibration of a whole table: rows in parallel, failures kept with their rows, finished rows kept on disk.
 
-use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
@@ -8,8 +7,9 @@ use serde::Serialize;
 use serde_json::Value;
 use serde_json::value::{RawValue, to_raw_value};
 
+use super::flat::{columns, csv_of, header};
 use super::journal::Journal;
-use super::report::{CalibrationReport, monomial_names};
+use super::report::CalibrationReport;
 use super::table::{Row, Table};
 use crate::calibration::{Calibrator, LowerBound};
 use crate::experiment::batch;
@@ -139,26 +139,7 @@ impl TableResults {
     /// None in practice: writing to memory does not fail.
     pub fn csv(&self) -> Result<String> {
         let rows: Vec<Vec<(String, String)>> = self.values().map(|v| columns(&v)).collect();
-        // The fullest row gives the order, others add what only they have.
-        let mut header: Vec<&str> = Vec::new();
-        let mut position: HashMap<&str, usize> = HashMap::new();
-        let fullest = rows.iter().max_by_key(|row| row.len());
-        for (name, _) in fullest.into_iter().chain(&rows).flatten() {
-            position.entry(name).or_insert_with(|| {
-                header.push(name);
-                header.len() - 1
-            });
-        }
-        let failed = |e: std::io::Error| Error::file("write", "the table as CSV", e);
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        writer.write_record(&header).map_err(|e| failed(e.into()))?;
-        for row in &rows {
-            let fields: BTreeMap<usize, &str> = row.iter().map(|(k, v)| (position[k.as_str()], v.as_str())).collect();
-            let record = (0..header.len()).map(|i| fields.get(&i).copied().unwrap_or(""));
-            writer.write_record(record).map_err(|e| failed(e.into()))?;
-        }
-        let bytes = writer.into_inner().map_err(|e| failed(e.into_error()))?;
-        Ok(String::from_utf8_lossy(&bytes).into_owned())
+        csv_of(&header(&rows), &rows)
     }
 
     /// Write the CSV table, whole or not at all.
@@ -167,37 +148,5 @@ impl TableResults {
     /// A path that cannot be written.
     pub fn write_csv(&self, path: impl AsRef<Path>) -> Result<()> {
         super::write_atomically(path, self.csv()?)
-    }
-}
-
-/// The numbers of a JSON object under dotted names; the names of monomials stand in the names of quartic coefficients.
-fn columns(value: &Value) -> Vec<(String, String)> {
-    let mut out = Vec::new();
-    if let Value::Object(entries) = value {
-        for (key, value) in entries.iter().filter(|(key, _)| *key != "monomials") {
-            flatten(key, value, &mut out);
-        }
-    }
-    out
-}
-
-fn flatten(name: &str, value: &Value, out: &mut Vec<(String, String)>) {
-    match value {
-        Value::Null => {}
-        Value::String(text) => out.push((name.into(), text.clone())),
-        Value::Object(entries) => entries.iter().for_each(|(key, value)| flatten(&format!("{name}.{key}"), value, out)),
-        Value::Array(rows) if rows.len() == 6 && rows.iter().all(Value::is_array) => {
-            for a in 0..6 {
-                (a..6).for_each(|b| flatten(&format!("{name}.c{}{}", a + 1, b + 1), &rows[a][b], out));
-            }
-        }
-        Value::Array(entries) if entries.len() == 15 => {
-            let names = monomial_names();
-            entries.iter().zip(names).for_each(|(value, key)| flatten(&format!("{name}.{key}"), value, out));
-        }
-        Value::Array(entries) => {
-            entries.iter().enumerate().for_each(|(i, value)| flatten(&format!("{name}.{}", i + 1), value, out));
-        }
-        number => out.push((name.into(), number.to_string())),
     }
 }

@@ -14,9 +14,11 @@ mod vtk;
 mod packing;
 pub mod report;
 mod journal;
+mod flat;
 mod calibrate_table;
 mod find;
 mod influence;
+pub mod sweep;
 
 pub use atomic::write_atomically;
 pub use bonds::{BondTable, bonds_csv, read_bonds, write_bonds};

@@ -188,7 +188,7 @@ fn csv_rows(text: &str, place: &str, unit: Option<&StressUnit>) -> Result<Vec<Ro
 }
 
 /// Line of the record that begins at a byte or after the empty and comment lines there.
-fn first_line(text: &str, lines: &Lines, byte: usize) -> usize {
+pub(super) fn first_line(text: &str, lines: &Lines, byte: usize) -> usize {
     let mut at = byte.min(text.len());
     for line in text.as_bytes()[at..].split_inclusive(|&b| b == b'\n') {
         if !line.starts_with(b"#") && !line.iter().all(|b| matches!(b, b'\n' | b'\r')) {
@@ -200,7 +200,7 @@ fn first_line(text: &str, lines: &Lines, byte: usize) -> usize {
 }
 
 /// Comma, semicolon or tab: whichever the header has most of.
-fn delimiter(text: &str) -> u8 {
+pub(super) fn delimiter(text: &str) -> u8 {
     let header = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#')).unwrap_or("");
     let count = |d: &u8| header.bytes().filter(|b| b == d).count();
     // The last of equals: the comma.

@@ -20,9 +20,10 @@ impl Camera {
     /// The camera of a view, z upwards where possible.
     pub(super) fn of(view: &View) -> Self {
         let whole = WHOLE.normalize();
-        let to_eye = match view.normal {
-            None => whole,
-            Some(n) => {
+        let to_eye = match (view.to_eye, view.normal) {
+            (Some(to_eye), _) => to_eye,
+            (None, None) => whole,
+            (None, Some(n)) => {
                 // Tilted from the normal towards the eye of the whole view.
                 let aside = [whole, Vector3::z()]
                     .into_iter()

@@ -7,10 +7,10 @@ use nalgebra::Vector3;
 use super::camera::Camera;
 use super::colour::{LEVELS, Paint, Rgb, Scale};
 use super::numbers::{engineering_power, significant, superscript, ticks};
-use super::scene::{Ball, Scene, View};
+use super::scene::{Ball, Rod, Scene, View};
 use super::text::{fit, width};
 
-const MARGIN: f64 = 28.0;
+pub(super) const MARGIN: f64 = 28.0;
 /// Width of a panel, and its largest and smallest height: low enough for a flat packing, high enough for the colour bar.
 const PANEL: f64 = 470.0;
 const LOWEST_PANEL: f64 = 370.0;
@@ -19,10 +19,12 @@ const GAP: f64 = 14.0;
 const STRIP: f64 = 92.0;
 /// Length of the arrows that show the axes.
 const ARROW: f64 = 30.0;
+/// Width of the thinnest rod.
+const THINNEST: f64 = 0.5;
 const BAR: [f64; 2] = [24.0, 300.0];
 
-const INK: Rgb = [34, 36, 42];
-const SOFT_INK: Rgb = [88, 92, 100];
+pub(super) const INK: Rgb = [34, 36, 42];
+pub(super) const SOFT_INK: Rgb = [88, 92, 100];
 const AXES: [(&str, Rgb); 3] = [("x", [192, 57, 43]), ("y", [30, 122, 70]), ("z", [36, 86, 170])];
 
 /// Which point of a line of text is given.
@@ -30,6 +32,7 @@ const AXES: [(&str, Rgb); 3] = [("x", [192, 57, 43]), ("y", [30, 122, 70]), ("z"
 pub(super) enum Anchor {
     Start,
     Middle,
+    End,
 }
 
 /// One thing to paint.
@@ -39,6 +42,12 @@ pub(super) enum Mark {
     Sphere { at: [f64; 2], radius: f64, paint: Paint },
     /// A straight line with round ends.
     Line { from: [f64; 2], to: [f64; 2], width: f64, colour: Rgb },
+    /// A flat disc.
+    Disc { at: [f64; 2], radius: f64, colour: Rgb },
+    /// A filled convex polygon.
+    Polygon { points: Vec<[f64; 2]>, colour: Rgb },
+    /// A line through points, with round joints and ends.
+    Path { points: Vec<[f64; 2]>, width: f64, colour: Rgb },
     /// A filled rectangle, from its upper left corner.
     Rectangle { at: [f64; 2], size: [f64; 2], colour: Rgb },
     /// A line of text on its baseline.
@@ -61,7 +70,7 @@ pub(super) struct Drawing {
 impl Drawing {
     /// The drawing of a scene.
     pub(super) fn of(scene: &Scene) -> Self {
-        let values = || scene.balls.iter().filter_map(|ball| ball.value);
+        let values = || scene.balls.iter().filter_map(|ball| ball.value).chain(scene.rods.iter().map(|rod| rod.value));
         let scale = Scale::of(values());
         let top = if scene.title.is_empty() { MARGIN } else { 96.0 };
         let panels = scene.views.len() as f64;
@@ -74,11 +83,14 @@ impl Drawing {
         let height = seen.iter().map(|seen| seen.height() * metre).fold(LOWEST_PANEL, f64::max).min(PANEL);
         let size = [bar_right + MARGIN, top + height + STRIP + 8.0];
 
-        let mut groups = vec![Group { name: "heading".into(), marks: heading(scene, size[0] - 2.0 * MARGIN) }];
+        let mut groups = vec![Group {
+            name: "heading".into(),
+            marks: heading(&scene.title, &scene.subtitle, size[0] - 2.0 * MARGIN),
+        }];
         for (index, (seen, view)) in seen.iter().zip(&scene.views).enumerate() {
             let left = MARGIN + index as f64 * (PANEL + GAP);
             let middle = [left + 0.5 * PANEL, top + 0.5 * height];
-            groups.push(Group { name: format!("panel-{}", index + 1), marks: seen.spheres(middle, metre) });
+            groups.push(Group { name: format!("panel-{}", index + 1), marks: seen.marks(middle, metre) });
             let letter = if scene.views.len() > 1 { letter(index) } else { String::new() };
             let marks = legend(view, &letter, [left, top + height]);
             groups.push(Group { name: format!("legend-{}", index + 1), marks });
@@ -88,40 +100,60 @@ impl Drawing {
     }
 }
 
-/// The spheres of one view, projected (m) and sorted from the farthest to the nearest.
+/// What one view shows, projected (m) and sorted from the farthest to the nearest.
 struct Seen {
-    spheres: Vec<([f64; 2], f64, Paint)>,
+    bodies: Vec<Body>,
     low: [f64; 2],
     high: [f64; 2],
+}
+
+/// A projected sphere or rod (m).
+enum Body {
+    Sphere { at: [f64; 2], radius: f64, paint: Paint },
+    Rod { ends: [[f64; 2]; 2], radius: f64, paint: Paint },
 }
 
 impl Seen {
     fn of(scene: &Scene, view: &View, scale: Option<&Scale>) -> Self {
         let (camera, middle) = (Camera::of(view), scene.middle());
         let extent = scene.balls.iter().map(|ball| (ball.centre - middle).amax()).fold(0.0, f64::max);
-        let mut shown: Vec<(f64, Vector3<f64>, &Ball)> = scene
+        let paint = |value: Option<f64>| match (value, scale) {
+            (Some(value), Some(scale)) => scale.paint(value),
+            _ => Paint::Landmark,
+        };
+        let sphere = |ball: &Ball| {
+            let from_middle = ball.centre - middle;
+            let at = camera.project(&from_middle);
+            (from_middle, Body::Sphere { at, radius: ball.radius, paint: paint(ball.value) })
+        };
+        let rod = |rod: &Rod| {
+            let ends = rod.ends.map(|end| camera.project(&(end - middle)));
+            let from_middle = 0.5 * (rod.ends[0] - middle) + 0.5 * (rod.ends[1] - middle);
+            (from_middle, Body::Rod { ends, radius: rod.radius, paint: paint(Some(rod.value)) })
+        };
+        let mut shown: Vec<(f64, Body)> = scene
             .balls
             .iter()
-            .map(|ball| (ball.centre - middle, ball))
+            .map(sphere)
+            .chain(scene.rods.iter().map(rod))
             .filter(|(from_middle, _)| view.shows(from_middle, extent))
-            .map(|(from_middle, ball)| (camera.nearness(&from_middle), from_middle, ball))
+            .map(|(from_middle, body)| (camera.nearness(&from_middle), body))
             .collect();
         shown.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut seen =
-            Seen { spheres: Vec::with_capacity(shown.len()), low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
-        for (_, from_middle, ball) in shown {
-            let at = camera.project(&from_middle);
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        let mut reach = |at: &[f64; 2], radius: f64| {
             for axis in 0..2 {
-                seen.low[axis] = seen.low[axis].min(at[axis] - ball.radius);
-                seen.high[axis] = seen.high[axis].max(at[axis] + ball.radius);
+                low[axis] = low[axis].min(at[axis] - radius);
+                high[axis] = high[axis].max(at[axis] + radius);
             }
-            let paint = match (ball.value, scale) {
-                (Some(value), Some(scale)) => scale.paint(value),
-                _ => Paint::Landmark,
-            };
-            seen.spheres.push((at, ball.radius, paint));
+        };
+        for (_, body) in &shown {
+            match body {
+                Body::Sphere { at, radius, .. } => reach(at, *radius),
+                Body::Rod { ends, radius, .. } => ends.iter().for_each(|end| reach(end, *radius)),
+            }
         }
-        seen
+        Seen { bodies: shown.into_iter().map(|(_, body)| body).collect(), low, high }
     }
 
     /// Picture units per metre at which the view fills its panel.
@@ -136,24 +168,29 @@ impl Seen {
         (self.high[1] - self.low[1]).max(0.0)
     }
 
-    /// The spheres around a point of the drawing.
-    fn spheres(&self, at_middle: [f64; 2], metre: f64) -> Vec<Mark> {
+    /// The spheres and rods around a point of the drawing.
+    fn marks(&self, at_middle: [f64; 2], metre: f64) -> Vec<Mark> {
         let middle = [0, 1].map(|axis| 0.5 * self.low[axis] + 0.5 * self.high[axis]);
-        let mark = |&(at, radius, paint): &([f64; 2], f64, Paint)| Mark::Sphere {
-            at: [at_middle[0] + (at[0] - middle[0]) * metre, at_middle[1] - (at[1] - middle[1]) * metre],
-            radius: radius * metre,
-            paint,
+        let place =
+            |at: &[f64; 2]| [at_middle[0] + (at[0] - middle[0]) * metre, at_middle[1] - (at[1] - middle[1]) * metre];
+        let mark = |body: &Body| match body {
+            Body::Sphere { at, radius, paint } => Mark::Sphere { at: place(at), radius: radius * metre, paint: *paint },
+            Body::Rod { ends, radius, paint } => {
+                let [from, to] = ends.each_ref().map(place);
+                Mark::Line { from, to, width: (2.0 * radius * metre).max(THINNEST), colour: paint.colour() }
+            }
         };
-        self.spheres.iter().map(mark).collect()
+        self.bodies.iter().map(mark).collect()
     }
 }
 
-fn text(at: [f64; 2], size: f64, anchor: Anchor, text: impl Into<String>, colour: Rgb) -> Mark {
+pub(super) fn text(at: [f64; 2], size: f64, anchor: Anchor, text: impl Into<String>, colour: Rgb) -> Mark {
     Mark::Text { at, size, anchor, text: text.into(), colour }
 }
 
-fn heading(scene: &Scene, most: f64) -> Vec<Mark> {
-    let lines = [(&scene.title, 26.0, 50.0, INK), (&scene.subtitle, 17.0, 79.0, SOFT_INK)];
+/// The title and the line below it, at most so wide.
+pub(super) fn heading(title: &str, subtitle: &str, most: f64) -> Vec<Mark> {
+    let lines = [(title, 26.0, 50.0, INK), (subtitle, 17.0, 79.0, SOFT_INK)];
     let shown = lines.into_iter().filter(|(line, ..)| !line.is_empty());
     shown
         .map(|(line, size, y, colour)| {
@@ -263,12 +300,12 @@ fn bar([x, y]: [f64; 2], scale: &Scale, power: i32) -> Vec<Mark> {
 }
 
 /// A value in units of 10^power, for powers beyond those of f64 too.
-fn in_power(value: f64, power: i32) -> f64 {
+pub(super) fn in_power(value: f64, power: i32) -> f64 {
     value * 10f64.powi(-(power / 2)) * 10f64.powi(-(power - power / 2))
 }
 
 /// "(10⁹ N/m⁶)".
-fn unit(unit: &str, power: i32) -> String {
+pub(super) fn unit(unit: &str, power: i32) -> String {
     let factor = if power == 0 { String::new() } else { format!("10{}", superscript(power)) };
     match (factor.is_empty(), unit.is_empty()) {
         (true, true) => String::new(),
@@ -282,7 +319,10 @@ fn right_end(mark: &Mark) -> f64 {
     match mark {
         Mark::Text { at, size, text, .. } => at[0] + width(text, *size),
         Mark::Rectangle { at, size, .. } => at[0] + size[0],
-        Mark::Sphere { at, radius, .. } => at[0] + radius,
+        Mark::Sphere { at, radius, .. } | Mark::Disc { at, radius, .. } => at[0] + radius,
+        Mark::Polygon { points, .. } | Mark::Path { points, .. } => {
+            points.iter().map(|point| point[0]).fold(f64::NEG_INFINITY, f64::max)
+        }
         Mark::Line { from, to, .. } => from[0].max(to[0]),
     }
 }

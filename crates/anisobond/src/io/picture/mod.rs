@@ -5,17 +5,25 @@
 //! not intersect, because the plane between two of them separates them along every line of sight.
 
 mod camera;
+mod chart;
 mod colour;
 mod drawing;
+mod lattice;
 mod neighbourhood;
 mod numbers;
+mod picture;
 mod png;
 mod scene;
+mod stiffness;
 mod svg;
 mod text;
 
 #[cfg(test)]
 mod tests;
 
+pub use chart::{Chart, Panel, Series, Style};
+pub use lattice::{LatticeView, lattice_scene};
 pub use neighbourhood::{NeighbourhoodPicture, neighbourhood_scene};
-pub use scene::{Ball, Scalar, Scene, View};
+pub use picture::Picture;
+pub use scene::{Ball, Rod, Scalar, Scene, View};
+pub use stiffness::{StiffnessRow, directional_csv, directional_picture, stiffness_chart};

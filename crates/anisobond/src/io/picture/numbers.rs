@@ -57,23 +57,36 @@ pub(super) fn engineering_power(magnitude: f64) -> i32 {
 
 /// Round numbers in [low, high], about five of them, with their text.
 pub(super) fn ticks(low: f64, high: f64) -> Vec<(f64, String)> {
-    let rough = (high - low) / 5.0;
+    let (step, decimals) = step((high - low) / 5.0);
+    // Ends count although rounding puts them outside.
+    let (first, last) = ((low / step - 1e-6).ceil(), (high / step + 1e-6).floor());
+    multiples(first, last, step, decimals).into_iter().map(|(value, text)| (value.clamp(low, high), text)).collect()
+}
+
+/// A range with round ends around [low, high], and the round numbers in it, some `count` of them, with their text.
+pub(super) fn round_range(low: f64, high: f64, count: f64) -> ([f64; 2], Vec<(f64, String)>) {
+    let (step, decimals) = step((high - low) / count);
+    let (first, last) = ((low / step + 1e-6).floor(), (high / step - 1e-6).ceil());
+    ([first * step, last * step], multiples(first, last, step, decimals))
+}
+
+/// A round step of at least `rough` (1, 2, 2.5 or 5 times a power of ten) and the decimals of its multiples.
+fn step(rough: f64) -> (f64, usize) {
     let power = rough.log10().floor();
     let unit = 10f64.powf(power);
-    // 1, 2, 5 and 2.5, the last with one more decimal.
+    // 2.5 has one more decimal.
     let (step, extra) = [(1.0, 0), (2.0, 0), (2.5, 1), (5.0, 0), (10.0, -1)]
         .into_iter()
         .map(|(factor, extra)| (factor * unit, extra))
         .find(|(step, _)| *step >= rough * (1.0 - 1e-9))
         .unwrap_or((unit, 0));
-    let decimals = (extra - power as i32).clamp(0, 12) as usize;
-    // Ends count although rounding puts them outside.
-    let (first, last) = ((low / step - 1e-6).ceil(), (high / step + 1e-6).floor());
+    (step, (extra - power as i32).clamp(0, 12) as usize)
+}
+
+fn multiples(first: f64, last: f64, step: f64, decimals: usize) -> Vec<(f64, String)> {
     let count = (last - first).clamp(0.0, 20.0) as usize;
-    (0..=count)
-        .map(|i| (first + i as f64) * step)
-        .map(|value| (value.clamp(low, high), signed(&format!("{value:.decimals$}"))))
-        .collect()
+    let value = |i: usize| (first + i as f64) * step;
+    (0..=count).map(value).map(|value| (value, signed(&format!("{value:.decimals$}")))).collect()
 }
 
 #[cfg(test)]

@@ -55,11 +55,24 @@ impl Canvas {
         match mark {
             Mark::Sphere { at, radius, paint } => self.sphere(point(*at), radius * scale, *paint),
             Mark::Line { from, to, width, colour } => self.line(point(*from), point(*to), width * scale, *colour),
+            Mark::Disc { at, radius, colour } => self.line(point(*at), point(*at), 2.0 * radius * scale, *colour),
+            Mark::Polygon { points, colour } => {
+                self.polygon(&points.iter().map(|at| point(*at)).collect::<Vec<_>>(), *colour);
+            }
+            Mark::Path { points, width, colour } => {
+                for ends in points.windows(2) {
+                    self.line(point(ends[0]), point(ends[1]), width * scale, *colour);
+                }
+            }
             Mark::Rectangle { at, size, colour } => self.rectangle(point(*at), point(*size), *colour),
             Mark::Text { at, size, anchor, text: words, colour } => {
                 let size = size * scale;
                 let [x, y] = point(*at);
-                let x = if *anchor == Anchor::Middle { x - 0.5 * text::width(words, size) } else { x };
+                let x = match anchor {
+                    Anchor::Start => x,
+                    Anchor::Middle => x - 0.5 * text::width(words, size),
+                    Anchor::End => x - text::width(words, size),
+                };
                 text::rasterise(words, size, x, y, |column, row, coverage| {
                     self.blend(column, row, *colour, coverage);
                 });
@@ -122,6 +135,23 @@ impl Canvas {
             let along = (((x - from[0]) * dx + (y - from[1]) * dy) / squared).clamp(0.0, 1.0);
             let distance = (x - from[0] - along * dx).hypot(y - from[1] - along * dy);
             (colour, (0.5 * width + 0.5 - distance).clamp(0.0, 1.0))
+        });
+    }
+
+    /// A convex polygon; a pixel's part is how far its centre lies inside the nearest edge.
+    fn polygon(&mut self, corners: &[[f64; 2]], colour: Rgb) {
+        let low = [0, 1].map(|axis| corners.iter().map(|c| c[axis]).fold(f64::INFINITY, f64::min) - 1.0);
+        let high = [0, 1].map(|axis| corners.iter().map(|c| c[axis]).fold(f64::NEG_INFINITY, f64::max) + 1.0);
+        let edges = || corners.iter().zip(corners.iter().cycle().skip(1));
+        let turn: f64 = edges().map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum();
+        self.fill(low, high, |x, y| {
+            let inside = |(a, b): (&[f64; 2], &[f64; 2])| {
+                let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
+                let length = dx.hypot(dy).max(f64::MIN_POSITIVE);
+                turn.signum() * (dx * (y - a[1]) - dy * (x - a[0])) / length
+            };
+            let depth = edges().map(inside).fold(f64::INFINITY, f64::min);
+            (colour, (depth + 0.5).clamp(0.0, 1.0))
         });
     }
 

@@ -4,10 +4,9 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 
-use super::super::write_atomically;
 use super::drawing::Drawing;
 use super::numbers::vector;
-use super::{png, svg};
+use super::picture::Picture;
 use crate::{Error, Result};
 
 /// Relative distance from the cutting plane within which a sphere's centre lies on it.
@@ -15,9 +14,6 @@ const ON_PLANE: f64 = 1e-9;
 
 /// Lengths (m) above this, and radii below its inverse, would leave the range of f64 on the way to the picture.
 const MOST: f64 = 1e100;
-
-/// Width of a PNG picture written by [`Scene::write`] (pixels).
-const PNG_WIDTH: u32 = 1800;
 
 /// A sphere to draw.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,6 +24,17 @@ pub struct Ball {
     pub radius: f64,
     /// The scalar that colours it; `None` draws it dark, as a landmark.
     pub value: Option<f64>,
+}
+
+/// A straight rod to draw: a bond.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rod {
+    /// Both ends (m).
+    pub ends: [Vector3<f64>; 2],
+    /// Radius (m).
+    pub radius: f64,
+    /// The scalar that colours it.
+    pub value: f64,
 }
 
 /// The scalar that colours the spheres.
@@ -44,6 +51,8 @@ pub struct Scalar {
 pub struct View {
     /// Unit normal of the cutting plane; `None` shows everything.
     pub(super) normal: Option<Vector3<f64>>,
+    /// Unit direction to the eye; `None` lets the normal decide.
+    pub(super) to_eye: Option<Vector3<f64>>,
     /// Line under the panel.
     pub(super) caption: String,
 }
@@ -51,7 +60,7 @@ pub struct View {
 impl View {
     /// Everything, seen from in front, the right and above.
     pub fn whole() -> Self {
-        View { normal: None, caption: "whole".into() }
+        View { normal: None, to_eye: None, caption: "whole".into() }
     }
 
     /// A view cut by the plane through the middle with normal n (any length): what lies on the side to which n points is
@@ -67,7 +76,12 @@ impl View {
                 "give a finite vector that is not zero",
             ));
         }
-        Ok(View { normal: Some(unit.normalize()), caption: format!("cut, n = {}", vector(&normal)) })
+        Ok(View { normal: Some(unit.normalize()), to_eye: None, caption: format!("cut, n = {}", vector(&normal)) })
+    }
+
+    /// Everything, seen straight along the x axis with z upwards and y to the right.
+    pub fn along_x() -> Self {
+        View { normal: None, to_eye: Some(Vector3::x()), caption: "along x".into() }
     }
 
     /// The view with another caption.
@@ -86,6 +100,7 @@ impl View {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     pub(super) balls: Vec<Ball>,
+    pub(super) rods: Vec<Rod>,
     pub(super) scalar: Scalar,
     pub(super) title: String,
     pub(super) subtitle: String,
@@ -117,7 +132,32 @@ impl Scene {
                 ));
             }
         }
-        Ok(Scene { balls, scalar, title: String::new(), subtitle: String::new(), views: vec![View::whole()] })
+        Ok(Scene {
+            balls,
+            rods: Vec::new(),
+            scalar,
+            title: String::new(),
+            subtitle: String::new(),
+            views: vec![View::whole()],
+        })
+    }
+
+    /// The scene with rods, coloured on the same scale as the spheres.
+    ///
+    /// # Errors
+    /// Numbers that are not finite or a radius that is not positive, as for spheres.
+    pub fn with_rods(mut self, rods: Vec<Rod>) -> Result<Self> {
+        for (index, rod) in rods.iter().enumerate() {
+            let placed = rod.ends.iter().flat_map(Vector3::iter).chain([&rod.radius]).all(|x| x.abs() <= MOST);
+            if !(placed && rod.radius >= 1.0 / MOST && rod.value.is_finite()) {
+                return Err(Error::input(
+                    format!("rod {} to draw has radius {} and value {}", index + 1, rod.radius, rod.value),
+                    "give finite numbers and a positive radius",
+                ));
+            }
+        }
+        self.rods = rods;
+        Ok(self)
     }
 
     /// The scene with a title and a line below it.
@@ -150,33 +190,29 @@ impl Scene {
         0.5 * low + 0.5 * high
     }
 
-    /// The scene as an SVG picture.
-    pub fn svg(&self) -> String {
-        svg::render(&Drawing::of(self))
+    /// The scene as a picture.
+    pub fn picture(&self) -> Picture {
+        Picture(Drawing::of(self))
     }
 
-    /// The scene as a PNG picture of a given width (pixels); the height follows.
+    /// The scene as an SVG picture.
+    pub fn svg(&self) -> String {
+        self.picture().svg()
+    }
+
+    /// The scene as a PNG picture; see [`Picture::png`].
     ///
     /// # Errors
     /// A width outside 200 … 10000.
     pub fn png(&self, width: u32) -> Result<Vec<u8>> {
-        png::render(&Drawing::of(self), width)
+        self.picture().png(width)
     }
 
-    /// Writes the picture, as SVG or as PNG 1800 pixels wide, by the name's extension; whole or not at all.
+    /// Writes the picture; see [`Picture::write`].
     ///
     /// # Errors
     /// Another extension; a file that cannot be written.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<()> {
-        let path = path.as_ref();
-        let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-        match extension.as_str() {
-            "svg" => write_atomically(path, self.svg()),
-            "png" => write_atomically(path, self.png(PNG_WIDTH)?),
-            _ => Err(Error::input(
-                format!("the picture \"{}\" is neither .svg nor .png", path.display()),
-                "end its name in .svg or .png",
-            )),
-        }
+        self.picture().write(path)
     }
 }

@@ -64,6 +64,19 @@ fn write_mark(svg: &mut String, mark: &Mark) {
             to[1],
             hex(*colour)
         ),
+        Mark::Disc { at: [x, y], radius, colour } => {
+            writeln!(svg, "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{radius:.2}\" fill=\"{}\"/>", hex(*colour))
+        }
+        Mark::Polygon { points: corners, colour } => {
+            writeln!(svg, "<polygon points=\"{}\" fill=\"{}\"/>", points(corners), hex(*colour))
+        }
+        Mark::Path { points: stations, width, colour } => writeln!(
+            svg,
+            "<polyline points=\"{}\" fill=\"none\" stroke-width=\"{width}\" stroke=\"{}\" stroke-linecap=\"round\" \
+             stroke-linejoin=\"round\"/>",
+            points(stations),
+            hex(*colour)
+        ),
         Mark::Rectangle { at: [x, y], size: [width, height], colour } => writeln!(
             svg,
             "<rect x=\"{x:.2}\" y=\"{y:.2}\" width=\"{width:.2}\" height=\"{height:.2}\" fill=\"{}\"/>",
@@ -73,10 +86,18 @@ fn write_mark(svg: &mut String, mark: &Mark) {
             svg,
             "<text x=\"{x:.2}\" y=\"{y:.2}\" font-size=\"{size:.2}\" fill=\"{}\"{}>{}</text>",
             hex(*colour),
-            if *anchor == Anchor::Middle { " text-anchor=\"middle\"" } else { "" },
+            match anchor {
+                Anchor::Start => "",
+                Anchor::Middle => " text-anchor=\"middle\"",
+                Anchor::End => " text-anchor=\"end\"",
+            },
             escape(text)
         ),
     };
+}
+
+fn points(points: &[[f64; 2]]) -> String {
+    points.iter().map(|[x, y]| format!("{x:.2},{y:.2}")).collect::<Vec<_>>().join(" ")
 }
 
 fn hex([red, green, blue]: Rgb) -> String {

@@ -54,12 +54,23 @@ fn scenes() -> Vec<(&'static str, Scene)> {
 /// Left, top, right and bottom of a mark.
 fn reach(mark: &Mark) -> [f64; 4] {
     match mark {
-        Mark::Sphere { at: [x, y], radius: r, .. } => [x - r, y - r, x + r, y + r],
+        Mark::Sphere { at: [x, y], radius: r, .. } | Mark::Disc { at: [x, y], radius: r, .. } => {
+            [x - r, y - r, x + r, y + r]
+        }
         Mark::Line { from, to, .. } => [from[0].min(to[0]), from[1].min(to[1]), from[0].max(to[0]), from[1].max(to[1])],
+        Mark::Polygon { points, .. } | Mark::Path { points, .. } => {
+            points.iter().fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |r, p| {
+                [r[0].min(p[0]), r[1].min(p[1]), r[2].max(p[0]), r[3].max(p[1])]
+            })
+        }
         Mark::Rectangle { at: [x, y], size: [w, h], .. } => [*x, *y, x + w, y + h],
         Mark::Text { at: [x, y], size, anchor, text, .. } => {
             let wide = width(text, *size);
-            let left = if *anchor == Anchor::Middle { x - 0.5 * wide } else { *x };
+            let left = match anchor {
+                Anchor::Start => *x,
+                Anchor::Middle => x - 0.5 * wide,
+                Anchor::End => x - wide,
+            };
             [left, y - 0.76 * size, left + wide, y + 0.2 * size]
         }
     }

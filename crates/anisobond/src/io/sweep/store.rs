@@ -1,0 +1,560 @@
+//! The results of a sweep in one SQLite file.
+//!
+//! Every finished job is one committed transaction with a rollback journal and full synchronisation: a process killed at
+//! any moment loses the jobs under way and nothing else, on network file systems too (where a write-ahead log is not
+//! allowed). While a sweep runs it holds a lock on `STORE.lock`; others may read meanwhile.
+
+use std::fmt;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, params};
+use serde_json::Value as Json;
+
+use super::super::flat::{columns, csv_of, header};
+use super::super::words::{quoted, suggestion};
+use super::table::ParameterTable;
+use crate::{Error, Result};
+
+/// "anbs": marks our files among all SQLite files.
+const APPLICATION: i32 = 0x616e_6273;
+/// Version of the tables below.
+const SCHEMA: i32 = 1;
+/// How long one waits for another process that reads or writes.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+const TABLES: &str = "
+CREATE TABLE sweep (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE jobs (
+    id TEXT PRIMARY KEY,
+    position INTEGER,
+    title TEXT NOT NULL,
+    parameters TEXT NOT NULL,
+    state TEXT NOT NULL DEFAULT 'pending' CHECK (state IN ('pending', 'started', 'done', 'failed')),
+    result TEXT,
+    message TEXT,
+    seconds REAL,
+    attempts INTEGER NOT NULL DEFAULT 0
+) WITHOUT ROWID;
+CREATE INDEX jobs_in_order ON jobs (position);
+";
+
+/// A part of a sweep: the jobs whose index in the table leaves the remainder `index` when divided by `count`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shard {
+    /// i, from 0.
+    pub index: usize,
+    /// n, at least 1.
+    pub count: usize,
+}
+
+impl Shard {
+    /// From "i/n" with 0 ≤ i < n.
+    ///
+    /// # Errors
+    /// Anything else.
+    pub fn parse(text: &str) -> Result<Self> {
+        let numbers = text.split_once('/').and_then(|(i, n)| Some((i.trim().parse().ok()?, n.trim().parse().ok()?)));
+        match numbers {
+            Some((index, count)) if index < count => Ok(Shard { index, count }),
+            _ => Err(Error::input(
+                format!("{} is no shard", quoted(text)),
+                "write i/n with i from 0 to n − 1, as 0/8 for the first of eight",
+            )),
+        }
+    }
+
+    /// Whether a job belongs to the shard.
+    pub fn has(&self, position: usize) -> bool {
+        position % self.count == self.index
+    }
+
+    /// The shard's own store beside that of the whole sweep: `results.0-of-8.sqlite` of `results.sqlite`.
+    pub fn store(&self, whole: impl AsRef<Path>) -> PathBuf {
+        let whole = whole.as_ref();
+        let stem = whole.file_stem().unwrap_or_default().to_string_lossy();
+        let extension = whole.extension().map_or(String::new(), |e| format!(".{}", e.to_string_lossy()));
+        whole.with_file_name(format!("{stem}.{}-of-{}{extension}", self.index, self.count))
+    }
+}
+
+impl fmt::Display for Shard {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.index, self.count)
+    }
+}
+
+/// What has become of a job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum State {
+    /// Not begun.
+    Pending,
+    /// Under way, or interrupted.
+    Started,
+    /// Finished with a result.
+    Done,
+    /// Finished with a message.
+    Failed,
+}
+
+impl State {
+    fn name(self) -> &'static str {
+        match self {
+            State::Pending => "pending",
+            State::Started => "started",
+            State::Done => "done",
+            State::Failed => "failed",
+        }
+    }
+
+    fn of(name: &str) -> Self {
+        [State::Started, State::Done, State::Failed].into_iter().find(|s| s.name() == name).unwrap_or(State::Pending)
+    }
+}
+
+/// A job as the store knows it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Record {
+    /// Index in the table, from 0.
+    pub position: usize,
+    /// The job's id.
+    pub id: String,
+    /// The job's title.
+    pub title: String,
+    /// Its parameters, a JSON object.
+    pub parameters: Json,
+    /// What has become of it.
+    pub state: State,
+    /// The result of a finished job.
+    pub result: Option<Json>,
+    /// Why it failed.
+    pub message: Option<String>,
+    /// How long it took (s).
+    pub seconds: Option<f64>,
+    /// How often it was begun.
+    pub attempts: u32,
+}
+
+/// How many jobs are in which state.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// All jobs of the table (or shard).
+    pub all: usize,
+    /// Those with a result.
+    pub done: usize,
+    /// Those that failed.
+    pub failed: usize,
+}
+
+/// The store of a sweep.
+pub struct Store {
+    path: PathBuf,
+    connection: Mutex<Connection>,
+    /// Held while the store may be written.
+    _lock: Option<File>,
+}
+
+/// What a store's jobs have in common.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Sweep {
+    pub version: String,
+    pub settings: Json,
+    pub table: String,
+    pub shard: Option<Shard>,
+}
+
+impl Sweep {
+    fn of(table: &ParameterTable, shard: Option<Shard>, settings: &Json) -> Self {
+        let version = env!("CARGO_PKG_VERSION").into();
+        Sweep { version, settings: settings.clone(), table: table.fingerprint(), shard }
+    }
+
+    /// Refuses another sweep; the table may have grown or shrunk.
+    pub(super) fn refuse_other(&self, other: &Sweep, ours: &str) -> Result<()> {
+        let wrong = |what: &str, theirs: String, own: String| {
+            let problem = format!("the store was made with {what} {theirs}, {ours} has {own}");
+            Err(Error::input(problem, "give another store, or the same settings again"))
+        };
+        let shard = |s: &Sweep| s.shard.map_or("0/1 (the whole)".into(), |s| s.to_string());
+        if self.version != other.version {
+            return wrong("version", other.version.clone(), self.version.clone());
+        }
+        if self.shard != other.shard {
+            return wrong("shard", shard(other), shard(self));
+        }
+        if self.settings != other.settings {
+            let (what, theirs, own) = difference("settings", &other.settings, &self.settings);
+            return wrong(&what, theirs, own);
+        }
+        Ok(())
+    }
+}
+
+/// The first place where two JSON values differ, and both values there.
+fn difference(name: &str, a: &Json, b: &Json) -> (String, String, String) {
+    if let (Json::Object(x), Json::Object(y)) = (a, b) {
+        for key in x.keys().chain(y.keys()) {
+            let (x, y) = (x.get(key).unwrap_or(&Json::Null), y.get(key).unwrap_or(&Json::Null));
+            if x != y {
+                return difference(&format!("{name}.{key}"), x, y);
+            }
+        }
+    }
+    let short = |value: &Json| {
+        let text = value.to_string();
+        if text.chars().count() > 60 { text.chars().take(60).chain(['…']).collect() } else { text }
+    };
+    (name.into(), short(a), short(b))
+}
+
+impl Store {
+    /// Opens the store of a table, or begins one. `settings` is all that results depend on besides a job's parameters.
+    /// Jobs that are new in the table are added; those no longer in it are kept aside.
+    ///
+    /// # Errors
+    /// A file that is no store, is damaged, belongs to another sweep (other settings, version or shard), or is in use.
+    pub fn open(path: impl AsRef<Path>, table: &ParameterTable, shard: Option<Shard>, settings: &Json) -> Result<Self> {
+        let store = Self::create(path.as_ref(), &Sweep::of(table, shard, settings), table.file())?;
+        let jobs = table.jobs().iter().enumerate().filter(|(at, _)| shard.is_none_or(|shard| shard.has(*at)));
+        let mut connection = store.connection();
+        let failed = |e| failure(&store.path, e);
+        let transaction = connection.transaction().map_err(failed)?;
+        transaction.execute("UPDATE jobs SET position = NULL", ()).map_err(failed)?;
+        for (position, job) in jobs {
+            let row = params![job.id, position as i64, job.title, job.json().to_string()];
+            transaction
+                .prepare_cached(
+                    "INSERT INTO jobs (id, position, title, parameters) VALUES (?1, ?2, ?3, ?4)
+                     ON CONFLICT (id) DO UPDATE SET position = ?2, title = ?3, parameters = ?4",
+                )
+                .and_then(|mut statement| statement.execute(row))
+                .map_err(failed)?;
+        }
+        transaction.commit().map_err(failed)?;
+        drop(connection);
+        Ok(store)
+    }
+
+    /// Opens or begins a store with the lock of a writer, checks that it is of this sweep and notes the table.
+    pub(super) fn create(path: &Path, sweep: &Sweep, ours: &str) -> Result<Self> {
+        if let Some(folder) = path.parent().filter(|f| !f.as_os_str().is_empty()) {
+            std::fs::create_dir_all(folder).map_err(|e| Error::file("create", folder, e))?;
+        }
+        refuse_foreign(path)?;
+        let lock = lock(path)?;
+        let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_CREATE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+        let store = Self::connect(path, flags, Some(lock))?;
+        if store.is_new()? {
+            store.begin(sweep)?;
+        }
+        store.check()?;
+        sweep.refuse_other(&store.sweep()?, ours).map_err(|e| e.at(path.display()))?;
+        store.set("table", &sweep.table)?;
+        Ok(store)
+    }
+
+    /// Opens an existing store to read it; another process may be writing.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is no store or is damaged.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self> {
+        let path = path.as_ref();
+        std::fs::metadata(path).map_err(|e| Error::file("read", path, e))?;
+        refuse_foreign(path)?;
+        // Not read-only: what a killed process left half written is rolled back on opening.
+        let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+        let store = Self::connect(path, flags, None)?;
+        store.check()?;
+        Ok(store)
+    }
+
+    fn connect(path: &Path, flags: OpenFlags, lock: Option<File>) -> Result<Self> {
+        let connection = Connection::open_with_flags(path, flags).map_err(|e| failure(path, e))?;
+        let settings = || {
+            connection.busy_timeout(PATIENCE)?;
+            connection.pragma_update(None, "synchronous", "FULL")
+        };
+        settings().map_err(|e| failure(path, e))?;
+        Ok(Store { path: path.into(), connection: Mutex::new(connection), _lock: lock })
+    }
+
+    /// Whether the file holds nothing yet: it is new, or its maker was killed before the tables were committed.
+    fn is_new(&self) -> Result<bool> {
+        let tables = self.connection().query_row("SELECT count(*) FROM sqlite_master", (), |row| row.get::<_, i64>(0));
+        Ok(tables.map_err(|e| failure(&self.path, e))? == 0)
+    }
+
+    /// Makes the tables, all or none.
+    fn begin(&self, sweep: &Sweep) -> Result<()> {
+        let mut connection = self.connection();
+        let failed = |e| failure(&self.path, e);
+        let transaction = connection.transaction().map_err(failed)?;
+        transaction.execute_batch(TABLES).map_err(failed)?;
+        transaction.pragma_update(None, "application_id", APPLICATION).map_err(failed)?;
+        transaction.pragma_update(None, "user_version", SCHEMA).map_err(failed)?;
+        let shard = sweep.shard.map_or(String::new(), |s| s.to_string());
+        let settings = sweep.settings.to_string();
+        for (key, value) in
+            [("version", &sweep.version), ("settings", &settings), ("table", &sweep.table), ("shard", &shard)]
+        {
+            transaction.execute("INSERT INTO sweep VALUES (?1, ?2)", [key, value]).map_err(failed)?;
+        }
+        transaction.commit().map_err(failed)
+    }
+
+    /// Refuses a file that is another program's, of another schema, or damaged.
+    fn check(&self) -> Result<()> {
+        let connection = self.connection();
+        let number = |name: &str| {
+            connection.pragma_query_value(None, name, |row| row.get::<_, i32>(0)).map_err(|e| failure(&self.path, e))
+        };
+        let wrong = |problem: String, remedy: &str| Err(Error::input(problem, remedy).at(self.path.display()));
+        if number("application_id")? != APPLICATION {
+            return wrong("this SQLite file is not the store of a sweep".into(), "give another name");
+        }
+        let schema = number("user_version")?;
+        if schema != SCHEMA {
+            let problem = format!("the store has schema {schema}, this program reads {SCHEMA}");
+            return wrong(problem, "use the program that made it");
+        }
+        let verdict: String =
+            connection.query_row("PRAGMA quick_check(1)", (), |row| row.get(0)).map_err(|e| failure(&self.path, e))?;
+        if verdict != "ok" {
+            return wrong(format!("the store is damaged: {verdict}"), DAMAGED);
+        }
+        Ok(())
+    }
+
+    pub(super) fn connection(&self) -> MutexGuard<'_, Connection> {
+        self.connection.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The store's file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What the jobs have in common.
+    pub(super) fn sweep(&self) -> Result<Sweep> {
+        let settings = serde_json::from_str(&self.value("settings")?).map_err(|e| self.damaged(&e))?;
+        let shard = match self.value("shard")?.as_str() {
+            "" => None,
+            text => Some(Shard::parse(text).map_err(|e| e.at(self.path.display()))?),
+        };
+        Ok(Sweep { version: self.value("version")?, settings, table: self.value("table")?, shard })
+    }
+
+    fn value(&self, key: &str) -> Result<String> {
+        let sql = "SELECT value FROM sweep WHERE key = ?1";
+        let value = self.connection().query_row(sql, [key], |row| row.get(0)).optional();
+        value.map_err(|e| failure(&self.path, e))?.ok_or_else(|| self.damaged(&format!("no {key}")))
+    }
+
+    fn set(&self, key: &str, value: &str) -> Result<()> {
+        let sql = "UPDATE sweep SET value = ?2 WHERE key = ?1 AND value <> ?2";
+        self.connection().execute(sql, [key, value]).map(drop).map_err(|e| failure(&self.path, e))
+    }
+
+    fn damaged(&self, why: &dyn fmt::Display) -> Error {
+        Error::input(format!("the store is damaged: {why}"), DAMAGED).at(self.path.display())
+    }
+
+    /// Notes that a job begins.
+    pub(super) fn start(&self, id: &str) -> Result<()> {
+        self.change("UPDATE jobs SET state = 'started', attempts = attempts + 1 WHERE id = ?1", params![id])
+    }
+
+    /// Takes back the beginning of a job that was interrupted.
+    pub(super) fn reset(&self, id: &str) -> Result<()> {
+        self.change("UPDATE jobs SET state = 'pending' WHERE id = ?1", params![id])
+    }
+
+    /// Keeps a result, or the message of a failure; on the disk when this returns.
+    pub(super) fn finish(&self, id: &str, result: &std::result::Result<Json, String>, seconds: f64) -> Result<()> {
+        let sql = "UPDATE jobs SET state = ?2, result = ?3, message = ?4, seconds = ?5 WHERE id = ?1";
+        match result {
+            Ok(value) => self.change(sql, params![id, "done", value.to_string(), None::<String>, seconds]),
+            Err(message) => self.change(sql, params![id, "failed", None::<String>, message, seconds]),
+        }
+    }
+
+    fn change(&self, sql: &str, values: impl rusqlite::Params) -> Result<()> {
+        let connection = self.connection();
+        let changed = connection.prepare_cached(sql).and_then(|mut statement| statement.execute(values));
+        changed.map(drop).map_err(|e| failure(&self.path, e))
+    }
+
+    /// The jobs of the table, in its order.
+    ///
+    /// # Errors
+    /// A store that cannot be read.
+    pub fn records(&self) -> Result<Vec<Record>> {
+        let connection = self.connection();
+        let failed = |e| failure(&self.path, e);
+        let mut statement = connection
+            .prepare_cached(
+                "SELECT position, id, title, parameters, state, result, message, seconds, attempts FROM jobs
+                 WHERE position IS NOT NULL ORDER BY position",
+            )
+            .map_err(failed)?;
+        let json = |text: String| serde_json::from_str::<Json>(&text).unwrap_or(Json::Null);
+        let rows = statement.query_map((), |row| {
+            Ok(Record {
+                position: row.get::<_, i64>(0)?.max(0) as usize,
+                id: row.get(1)?,
+                title: row.get(2)?,
+                parameters: json(row.get(3)?),
+                state: State::of(&row.get::<_, String>(4)?),
+                result: row.get::<_, Option<String>>(5)?.map(json),
+                message: row.get(6)?,
+                seconds: row.get(7)?,
+                attempts: row.get(8)?,
+            })
+        });
+        rows.map_err(failed)?.collect::<rusqlite::Result<_>>().map_err(failed)
+    }
+
+    /// How many jobs there are, are done and have failed.
+    ///
+    /// # Errors
+    /// A store that cannot be read.
+    pub fn counts(&self) -> Result<Counts> {
+        let sql = "SELECT count(*), count(nullif(state = 'done', 0)), count(nullif(state = 'failed', 0)) FROM jobs
+                   WHERE position IS NOT NULL";
+        let numbers = self.connection().query_row(sql, (), |row| Ok([row.get(0)?, row.get(1)?, row.get(2)?]));
+        let [all, done, failed] = numbers.map_err(|e| failure(&self.path, e))?.map(|n: i64| n.max(0) as usize);
+        Ok(Counts { all, done, failed })
+    }
+
+    /// A CSV table in the order of the parameter table: `id`, `title`, `state`, the parameters, the numbers and words of
+    /// the results under dotted names (with `result.` before a name that a parameter has too), and `error`.
+    ///
+    /// # Errors
+    /// A store that cannot be read.
+    pub fn csv(&self) -> Result<String> {
+        let (header, rows) = self.flat()?;
+        csv_of(&header, &rows)
+    }
+
+    /// Writes the CSV table, whole or not at all.
+    ///
+    /// # Errors
+    /// A store that cannot be read, a path that cannot be written.
+    pub fn write_csv(&self, path: impl AsRef<Path>) -> Result<()> {
+        super::super::write_atomically(path, self.csv()?)
+    }
+
+    /// Points (x, y) of two columns of the CSV table, for the jobs that have both as numbers, in the table's order.
+    ///
+    /// # Errors
+    /// A column that is not there, with the nearest name.
+    pub fn points(&self, x: &str, y: &str) -> Result<Vec<[f64; 2]>> {
+        let (header, rows) = self.flat()?;
+        let names: Vec<&str> = header.iter().map(String::as_str).collect();
+        for name in [x, y] {
+            if !names.contains(&name) {
+                return Err(Error::input(format!("there is no column {}", quoted(name)), suggestion(name, &names)));
+            }
+        }
+        let number = |row: &[(String, String)], name: &str| {
+            let (_, text) = row.iter().find(|(own, _)| own == name)?;
+            text.parse::<f64>().ok().filter(|x| x.is_finite())
+        };
+        Ok(rows.iter().filter_map(|row| Some([number(row, x)?, number(row, y)?])).collect())
+    }
+
+    /// The header of the CSV table and its rows.
+    fn flat(&self) -> Result<(Vec<String>, Vec<Vec<(String, String)>>)> {
+        let records = self.records()?;
+        let parameters: Vec<_> = records.iter().map(|record| columns(&record.parameters)).collect();
+        let mut names: Vec<String> = ["id", "title", "state"].map(String::from).to_vec();
+        let own = |name: &str| matches!(name, "id" | "title" | "state" | "error");
+        let parameter = |name: &str| if own(name) { format!("parameter.{name}") } else { name.to_string() };
+        names.extend(header(&parameters).iter().map(|name| parameter(name)));
+        let taken: std::collections::HashSet<String> = names.iter().cloned().chain(["error".into()]).collect();
+        let results: Vec<Vec<(String, String)>> = records
+            .iter()
+            .map(|record| {
+                let flat = record.result.as_ref().map(result_columns).unwrap_or_default();
+                let apart = |name: String| if taken.contains(&name) { format!("result.{name}") } else { name };
+                flat.into_iter().map(|(name, value)| (apart(name), value)).collect()
+            })
+            .collect();
+        names.extend(header(&results));
+        names.push("error".into());
+        let rows = records.into_iter().zip(parameters).zip(results).map(|((record, parameters), results)| {
+            let mut row = vec![
+                ("id".to_string(), record.id),
+                ("title".into(), record.title),
+                ("state".into(), record.state.name().into()),
+            ];
+            row.extend(parameters.into_iter().map(|(name, value)| (parameter(&name), value)));
+            row.extend(results);
+            row.extend(record.message.map(|message| ("error".to_string(), message)));
+            row
+        });
+        Ok((names, rows.collect()))
+    }
+}
+
+/// The columns of a result that is an object; another value is `result`.
+fn result_columns(value: &Json) -> Vec<(String, String)> {
+    match value {
+        Json::Object(_) => columns(value),
+        other => columns(&serde_json::json!({ "result": other })),
+    }
+}
+
+const DAMAGED: &str = "restore a copy, or move it away and compute again";
+
+/// Refuses what is no SQLite file, without touching it; nothing, or an empty file, is the beginning of a store.
+fn refuse_foreign(path: &Path) -> Result<()> {
+    use std::io::Read;
+    let mut start = Vec::new();
+    match File::open(path) {
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(()),
+        Err(e) => return Err(Error::file("read", path, e)),
+        Ok(file) => file.take(16).read_to_end(&mut start).map_err(|e| Error::file("read", path, e))?,
+    };
+    if start.is_empty() || start == b"SQLite format 3\0" {
+        return Ok(());
+    }
+    let remedy = "give the name of a new file, or of the store of this sweep";
+    Err(Error::input("the file is not the store of a sweep", remedy).at(path.display()))
+}
+
+/// The lock of a store's writer; gone with the process, however it ends.
+fn lock(path: &Path) -> Result<File> {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".lock");
+    let name = PathBuf::from(name);
+    let file = File::options().create(true).truncate(false).write(true).open(&name);
+    let file = file.map_err(|e| Error::file("write", &name, e))?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(std::fs::TryLockError::WouldBlock) => Err(in_use(path)),
+        // Some network file systems know no locks; SQLite's own keep the file whole.
+        Err(std::fs::TryLockError::Error(_)) => Ok(file),
+    }
+}
+
+fn in_use(path: &Path) -> Error {
+    let remedy = "wait for it, stop it, or give this one a store or shard of its own";
+    Error::input("another process is running this sweep", remedy).at(path.display())
+}
+
+/// What SQLite says, in our words.
+pub(super) fn failure(path: &Path, error: rusqlite::Error) -> Error {
+    match error.sqlite_error_code() {
+        Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => in_use(path),
+        Some(ErrorCode::NotADatabase) => {
+            Error::input("the file is not the store of a sweep", "give another name").at(path.display())
+        }
+        Some(ErrorCode::DatabaseCorrupt) => {
+            Error::input(format!("the store is damaged: {error}"), DAMAGED).at(path.display())
+        }
+        _ => Error::file("use", path, std::io::Error::other(error)),
+    }
+}
