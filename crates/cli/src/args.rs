@@ -19,6 +19,10 @@ pub struct Cli {
 pub enum Command {
     Tensor(Tensor),
     Calibrate(Calibrate),
+    Pack(Pack),
+    Lattice(Lattice),
+    ElementTest(ElementTest),
+    Sweep(Sweep),
     Verify(Verify),
     Materials(Materials),
     Completions(Completions),
@@ -137,13 +141,192 @@ pub enum ShapeName {
     Ellipsoid,
 }
 
+/// Make a packing of spheres, or read one; say how dense it is, and write it
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  anisobond pack --number 2500 --radius '30 mm' --porosity 0.5 -o sample.txt
+  anisobond pack --number 5000 --radius '1 mm' --fuzz 0.3 --coordination 22 --contact-radius 1.8 --seed 7 -o a.csv
+  anisobond pack --crystal fcc --cells 4,4,4 --radius '1 mm' -o fcc.data
+  anisobond pack sample.txt --contact-radius 1.8                # statistics of a packing
+  anisobond pack sample.txt -o sample.vtp                       # another format: .txt .csv .vtp .data
+
+Exit codes: 0 done, 2 bad input, 3 the target porosity or coordination was not reached.")]
+pub struct Pack {
+    /// Packing to read, instead of making one
+    #[arg(conflicts_with_all = ["number", "cell", "crystal"])]
+    pub packing: Option<PathBuf>,
+    /// Number of spheres of a random packing
+    #[arg(long, conflicts_with_all = ["cell", "crystal"])]
+    pub number: Option<usize>,
+    /// Edges a,b,c of the periodic cell of a random packing (m, or with units)
+    #[arg(long, value_name = "A,B,C", conflicts_with = "crystal")]
+    pub cell: Option<String>,
+    /// A crystal of touching spheres
+    #[arg(long, value_enum)]
+    pub crystal: Option<CrystalName>,
+    /// Unit cells of the crystal along x,y,z
+    #[arg(long, value_name = "I,J,K", default_value = "4,4,4")]
+    pub cells: String,
+    /// Random displacement of a crystal's spheres, in radii
+    #[arg(long, default_value_t = 0.0)]
+    pub perturb: f64,
+    /// Radius (m, or with a unit); mean with --fuzz, median with --deviation
+    #[arg(long, default_value = "1 mm", allow_hyphen_values = true)]
+    pub radius: String,
+    /// Radii evenly within radius·(1 ± fuzz)
+    #[arg(long, conflicts_with_all = ["deviation", "radii"])]
+    pub fuzz: Option<f64>,
+    /// Log-normal radii: standard deviation of ln r, clipped at a third and at three times the median
+    #[arg(long, conflicts_with = "radii")]
+    pub deviation: Option<f64>,
+    /// CSV file of radius (m), fraction by number
+    #[arg(long, value_name = "FILE")]
+    pub radii: Option<PathBuf>,
+    /// Share of the volume that is empty [default: 0.45]
+    #[arg(long, conflicts_with = "coordination")]
+    pub porosity: Option<f64>,
+    /// Mean number of contacts per sphere at the contact radius
+    #[arg(long)]
+    pub coordination: Option<f64>,
+    /// Contact radius I_R at which contacts are counted
+    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
+    pub contact_radius: f64,
+    /// Packings of equal seeds are equal
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    /// File to write; its ending says the format (.txt, .csv, .vtp, .data)
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Print one JSON document
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum CrystalName {
+    Sc,
+    Bcc,
+    Fcc,
+    Hcp,
+}
+
+/// What a lattice is made of.
+#[derive(Args)]
+pub struct LatticeArgs {
+    /// Periodic packing (.txt, .csv, .vtp, .data)
+    pub packing: PathBuf,
+    /// Built-in name or material file; transversely isotropic
+    pub material: String,
+    /// Contact radius I_R: bonds where |x₁ − x₂| ≤ I_R (r₁ + r₂)
+    #[arg(long, default_value_t = 1.8, allow_negative_numbers = true)]
+    pub contact_radius: f64,
+    /// Anisotropy axis x,y,z, or strike-dip:α,β in degrees [default: the material's own]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    pub axis: Option<String>,
+}
+
+/// Assign orientation-dependent stiffnesses to the bonds of a packing, and sum them up
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  anisobond lattice sample.txt cases/materials/rock.toml --contact-radius 1.8
+  anisobond lattice sample.txt rock.toml --axis strike-dip:270,25 -o lattice   # bonds, VTK, pictures")]
+pub struct Lattice {
+    #[command(flatten)]
+    pub lattice: LatticeArgs,
+    /// Folder for bonds (CSV), report and pictures
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// Print one JSON document
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Measure the stiffness of a packing's lattice by element tests
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  anisobond element-test sample.txt cases/materials/rock.toml --contact-radius 1.8
+  anisobond element-test sample.txt rock.toml --rotations blocked --json
+  anisobond element-test sample.txt rock.toml -o tested      # report and directional stiffness as pictures")]
+pub struct ElementTest {
+    #[command(flatten)]
+    pub lattice: LatticeArgs,
+    /// Whether spheres rotate so that their moments balance
+    #[arg(long, value_enum, default_value_t = RotationsName::Free)]
+    pub rotations: RotationsName,
+    /// static: small strain, periodic homogenisation; dynamic: the document's servo-controlled test at finite strain
+    #[arg(long, value_enum, default_value_t = MethodName::Static)]
+    pub method: MethodName,
+    /// Logarithmic strain of the dynamic test
+    #[arg(long, default_value_t = -0.01, allow_negative_numbers = true)]
+    pub strain: f64,
+    /// Folder for report and pictures
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// Print one JSON document
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub enum RotationsName {
+    Free,
+    Blocked,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub enum MethodName {
+    Static,
+    Dynamic,
+}
+
+/// Run an element test for every job of a parameter table, over the cores, and keep the results as they come
+#[derive(Args)]
+#[command(after_help = "\
+A table is TOML (lists and ranges, every combination), CSV, XLS or XLSX (`=` repeats the cell above), with the parameters
+packing, contact_radius, material or c11 c33 c13 c12, axis or strike and dip, rotations.
+
+Examples:
+  anisobond sweep cases/contact-radius.toml -o radius      # results.sqlite, results.csv, stiffness.svg/png, logs
+  anisobond sweep cases/contact-radius.toml -o radius      # again: goes on where it was stopped
+  anisobond sweep table.xlsx -o out --retry                # failed jobs too
+  anisobond sweep table.toml -o out --shard 0/4            # a quarter of the jobs; then --merge 4
+  anisobond sweep table.toml -o out --slurm 16 > job.sh    # a Slurm array of 16 shards")]
+pub struct Sweep {
+    /// Parameter table (.toml, .csv, .tsv, .xls, .xlsx, .ods)
+    pub table: PathBuf,
+    /// Folder for the store, its CSV, logs and charts
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    /// Try failed jobs again
+    #[arg(long)]
+    pub retry: bool,
+    /// Run every n-th job from the i-th only (i from 0), into a store of its own
+    #[arg(long, value_name = "I/N")]
+    pub shard: Option<String>,
+    /// Merge the stores of N shards
+    #[arg(long, value_name = "N", conflicts_with = "shard")]
+    pub merge: Option<usize>,
+    /// Print a Slurm script that runs N shards
+    #[arg(long, value_name = "N", conflicts_with_all = ["shard", "merge"])]
+    pub slurm: Option<usize>,
+    /// Print one JSON document
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// Recompute the printed values of a document and compare
 #[derive(Args)]
 #[command(after_help = "\
 Exit codes: 0 every value of ours is the corrected reference, 1 one is not, 2 unknown suite.")]
 pub struct Verify {
-    /// Suite: prakash (the peridynamics document) [default: all]
+    /// Suite: prakash (the peridynamics document), smilauer (the cross-anisotropy document) [default: all]
     pub suite: Option<String>,
+    /// The reference packing of the cross-anisotropy document
+    #[arg(long, value_name = "FILE", default_value = "../shared/data/woo-packing-2556.txt")]
+    pub packing: PathBuf,
     /// Print one JSON document
     #[arg(long)]
     pub json: bool,

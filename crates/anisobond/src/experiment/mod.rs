@@ -2,7 +2,9 @@
 
 pub mod batch;
 pub mod element_test;
+mod lattice_study;
 pub mod prakash;
 mod verification;
 
+pub use lattice_study::{LatticeStudy, anisotropy_axis};
 pub use verification::{Finding, Verdict};

@@ -1,0 +1,207 @@
+//! Element tests over a table of parameters: what a job means, and its figure.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use nalgebra::{Matrix6, Vector3};
+use serde_json::Value as Json;
+
+use super::lattice_report::ElementTestReport;
+use super::picture::{Chart, StiffnessRow, stiffness_chart};
+use super::sweep::{Job, JobLog, ParameterTable, Store, Value};
+use super::{find_material, parse_angle, parse_stress, read_packing};
+use crate::calibration::{TransverseConstants, axis_of_strike_and_dip};
+use crate::experiment::element_test::{ElementTest, Rotations};
+use crate::experiment::{LatticeStudy, anisotropy_axis};
+use crate::lattice::Packing;
+use crate::tensor::{Material, Stiffness};
+use crate::{Error, Result};
+
+/// The parameters of an element test's job.
+///
+/// `packing` (a file; required), `contact_radius` (required); `material` (a name or a file) or `c11`, `c33`, `c13`, `c12` with
+/// units; `strike` and `dip` (degrees) or `axis` ("x,y,z"); `rotations` (free, blocked).
+pub const PARAMETERS: [&str; 11] =
+    ["packing", "contact_radius", "material", "c11", "c33", "c13", "c12", "axis", "strike", "dip", "rotations"];
+
+/// The files that the jobs of a table need, read once.
+pub struct ElementSweep {
+    packings: HashMap<String, Packing>,
+    materials: HashMap<String, Material>,
+}
+
+impl ElementSweep {
+    /// Read the packings and materials of a table; relative paths start at the table's folder.
+    ///
+    /// # Errors
+    /// A parameter that is unknown, missing or of the wrong kind; a file that cannot be read.
+    pub fn new(table: &ParameterTable) -> Result<Self> {
+        table.check_names(&PARAMETERS)?;
+        let folder = Path::new(table.file()).parent().unwrap_or(Path::new("")).to_path_buf();
+        let mut sweep = ElementSweep { packings: HashMap::new(), materials: HashMap::new() };
+        for job in table.jobs() {
+            let placed = |e: Error| e.at(format!("{}, {}", table.file(), job.place));
+            let packing = required_text(job, "packing").map_err(placed)?;
+            if !sweep.packings.contains_key(packing) {
+                sweep.packings.insert(packing.into(), read_packing(from(&folder, packing)).map_err(placed)?);
+            }
+            if let Some(name) = job.get("material").and_then(Value::text)
+                && !sweep.materials.contains_key(name)
+            {
+                let path = from(&folder, name);
+                let found = if path.exists() { path.display().to_string() } else { name.to_string() };
+                sweep.materials.insert(name.into(), find_material(&found, None, None).map_err(placed)?);
+            }
+            // Everything else of the job, before the first one is begun.
+            sweep.material(job).and_then(|m| axis(job, &m.stiffness)).map_err(placed)?;
+            number(job, "contact_radius")?.ok_or_else(|| placed(missing("contact_radius")))?;
+            rotations(job).map_err(placed)?;
+        }
+        Ok(sweep)
+    }
+
+    /// One job: the static element test of its lattice, as the JSON of [`ElementTestReport`].
+    ///
+    /// # Errors
+    /// A lattice that cannot be made or is a mechanism, moduli that are not admissible.
+    pub fn job(&self, job: &Job, log: &mut JobLog) -> Result<Json> {
+        let material = self.material(job)?;
+        let axis = axis(job, &material.stiffness)?;
+        let contact_radius = number(job, "contact_radius")?.ok_or_else(|| missing("contact_radius"))?;
+        let packing = self.packings.get(required_text(job, "packing")?).ok_or_else(|| missing("packing"))?;
+        let study = LatticeStudy::new(packing.clone(), &material.stiffness, &axis, contact_radius)?;
+        log.line(format_args!("{} contacts, μ = {}", study.lattice.contacts.len(), study.stiffness.mu));
+        // The sweep runs its jobs side by side; each on one thread.
+        let test = ElementTest { rotations: rotations(job)?, threads: false, ..ElementTest::default() };
+        let measured = study.measure(&test)?;
+        log.line(format_args!(
+            "{} iterations, residual {:.1e}",
+            measured.solver.iterations, measured.solver.residual
+        ));
+        let report = ElementTestReport::of_static(&material, &study, &measured)?;
+        serde_json::to_value(&report).map_err(|e| Error::file("write", "a result as JSON", e.into()))
+    }
+
+    fn material(&self, job: &Job) -> Result<Material> {
+        if let Some(name) = job.get("material").and_then(Value::text) {
+            return self.materials.get(name).cloned().ok_or_else(|| missing("material"));
+        }
+        let constant = |name: &str| match job.get(name) {
+            Some(Value::Text(text)) => parse_stress(text).map_err(|e| e.at(name)),
+            Some(Value::Number(x)) => {
+                Err(Error::input(format!("{name} = {x} has no unit"), format!("write {name} = \"{x} MPa\"")))
+            }
+            None => Err(Error::input(
+                format!("{name} is missing"),
+                "give material, or all of c11, c33, c13 and c12 with units",
+            )),
+        };
+        let constants = TransverseConstants {
+            c11: constant("c11")?,
+            c33: constant("c33")?,
+            c13: constant("c13")?,
+            c12: constant("c12")?,
+        };
+        let stiffness = constants.stiffness(&Vector3::z());
+        stiffness.require_positive_definite()?;
+        Ok(Material { name: "c11 c33 c13 c12".into(), stiffness, density: None, source: String::new() })
+    }
+}
+
+/// The document's figure of a finished sweep over contact radii: prescribed, summed and measured stiffness; `None` where
+/// other parameters vary too, or fewer than two jobs are done.
+///
+/// # Errors
+/// A store that cannot be read.
+pub fn contact_radius_chart(store: &Store) -> Result<Option<Chart>> {
+    let mut rows = Vec::new();
+    let mut common: Option<Json> = None;
+    for record in store.records()? {
+        let Some(result) = record.result else { continue };
+        let mut others = record.parameters.clone();
+        if let Some(map) = others.as_object_mut() {
+            map.remove("contact_radius");
+        }
+        if common.get_or_insert_with(|| others.clone()) != &others {
+            return Ok(None);
+        }
+        let tensor = |key: &str| tensor(&result[key]);
+        if let (Some(contact_radius), Some(prescribed), Some(lattice), Some(measured)) = (
+            record.parameters["contact_radius"].as_f64(),
+            tensor("prescribed"),
+            tensor("lattice"),
+            tensor("measured"),
+        ) {
+            rows.push(StiffnessRow { contact_radius, prescribed, lattice, measured });
+        }
+    }
+    if rows.len() < 2 {
+        return Ok(None);
+    }
+    let components = [(1, 1), (3, 3), (1, 3), (1, 2), (4, 4), (6, 6)];
+    let title = "Stiffness against contact radius";
+    stiffness_chart(title, "prescribed, summed over the lattice, measured by element tests", &rows, &components)
+        .map(Some)
+}
+
+/// A tensor from the rows of a report.
+fn tensor(rows: &Json) -> Option<Stiffness> {
+    let mut voigt = Matrix6::zeros();
+    for a in 0..6 {
+        for b in 0..6 {
+            voigt[(a, b)] = rows.get(a)?.get(b)?.as_f64()?;
+        }
+    }
+    Stiffness::from_voigt(&voigt).ok()
+}
+
+fn from(folder: &Path, path: &str) -> PathBuf {
+    folder.join(path)
+}
+
+fn missing(name: &str) -> Error {
+    Error::input(format!("{name} is missing"), format!("give {name} in the table"))
+}
+
+fn required_text<'j>(job: &'j Job, name: &str) -> Result<&'j str> {
+    job.get(name).and_then(Value::text).ok_or_else(|| missing(name))
+}
+
+/// A number, if the job has the parameter.
+fn number(job: &Job, name: &str) -> Result<Option<f64>> {
+    match job.get(name) {
+        None => Ok(None),
+        Some(Value::Number(x)) => Ok(Some(*x)),
+        Some(Value::Text(text)) => Err(Error::input(format!("{name} = {text:?}"), "give a number").at(&job.place)),
+    }
+}
+
+fn rotations(job: &Job) -> Result<Rotations> {
+    match job.get("rotations").and_then(Value::text) {
+        None | Some("free") => Ok(Rotations::Free),
+        Some("blocked") => Ok(Rotations::Blocked),
+        Some(other) => Err(Error::input(format!("rotations = {other:?}"), "use free or blocked")),
+    }
+}
+
+/// The anisotropy axis: given, or the material's own.
+fn axis(job: &Job, stiffness: &Stiffness) -> Result<Vector3<f64>> {
+    let angle = |name: &str| match job.get(name) {
+        None => Ok(None),
+        Some(Value::Number(degrees)) => Ok(Some(degrees.to_radians())),
+        Some(Value::Text(text)) => parse_angle(text).map(Some).map_err(|e| e.at(name)),
+    };
+    match (angle("strike")?, angle("dip")?, job.get("axis")) {
+        (None, None, None) => Ok(anisotropy_axis(stiffness)),
+        (Some(strike), Some(dip), None) => axis_of_strike_and_dip(strike, dip),
+        (None, None, Some(axis)) => {
+            let text = axis.to_string();
+            let numbers: Vec<f64> = text.split(',').filter_map(|x| x.trim().parse().ok()).collect();
+            match numbers[..] {
+                [x, y, z] => Ok(Vector3::new(x, y, z)),
+                _ => Err(Error::input(format!("axis = {text}"), "give three numbers as \"0,0,1\"")),
+            }
+        }
+        _ => Err(Error::input("strike, dip and axis do not go together", "give strike and dip, or axis")),
+    }
+}

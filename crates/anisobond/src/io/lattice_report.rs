@@ -1,0 +1,169 @@
+//! What the program says of a lattice and of its element test, as one JSON document each.
+
+use serde::Serialize;
+
+use super::report::Voigt;
+use crate::Result;
+use crate::calibration::EllipticModuli;
+use crate::experiment::LatticeStudy;
+use crate::experiment::element_test::{Certificate, ElementTestResult, Mechanism, Rotations};
+use crate::lattice::PackingStatistics;
+use crate::solver::SolverReport;
+use crate::tensor::{EngineeringConstants, Material};
+
+/// A lattice made of a packing and a material. Stresses in Pa.
+#[derive(Clone, Debug, Serialize)]
+pub struct LatticeReport {
+    /// Name of the material.
+    pub material: String,
+    /// Where its numbers come from.
+    pub source: String,
+    /// Contact radius I_R.
+    pub contact_radius: f64,
+    /// Number of contacts, each once.
+    pub contacts: usize,
+    /// Mean number of contacts per sphere.
+    pub coordination: f64,
+    /// The packing and its contacts in numbers.
+    pub packing: PackingStatistics,
+    /// Lattice density scaling μ = E/E′.
+    pub mu: f64,
+    /// Microplane moduli E (Pa).
+    pub microplane_moduli: EllipticModuli,
+    /// Lattice moduli E′ = E/μ (Pa).
+    pub lattice_moduli: EllipticModuli,
+    /// Anisotropy axis, a unit vector.
+    pub axis: [f64; 3],
+    /// ‖C − C_TI‖/‖C‖ of the material from transverse isotropy about the axis.
+    pub distance_from_transverse_isotropy: f64,
+    /// C44 of the material, and the one the elliptic interpolation has instead (Pa).
+    pub c44: DependentComponent,
+    /// The tensor asked of the lattice: the four constants with the dependent C44 (Voigt, Pa).
+    pub prescribed: Voigt,
+    /// Summed over the lattice at uniform strain, an upper bound (Voigt, Pa).
+    pub lattice: Voigt,
+    /// Best-fit estimate, the lower companion (Voigt, Pa).
+    pub best_fit: Voigt,
+}
+
+/// C44 as given and as the elliptic interpolation has it (Pa).
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct DependentComponent {
+    /// Of the material.
+    pub given: f64,
+    /// ¼C11 + ¼C33 − ½C13.
+    pub dependent: f64,
+}
+
+impl LatticeReport {
+    /// Describe a lattice.
+    ///
+    /// # Errors
+    /// A lattice whose statistics or best-fit estimate cannot be had.
+    pub fn new(material: &Material, study: &LatticeStudy) -> Result<Self> {
+        let statistics = study.lattice.statistics()?;
+        let fit = &study.fit;
+        Ok(LatticeReport {
+            material: material.name.clone(),
+            source: material.source.clone(),
+            contact_radius: study.lattice.contact_radius,
+            contacts: statistics.contacts,
+            coordination: statistics.coordination.mean,
+            packing: statistics,
+            mu: study.stiffness.mu,
+            microplane_moduli: fit.microplane.moduli,
+            lattice_moduli: study.lattice_moduli(),
+            axis: fit.microplane.axis.into(),
+            distance_from_transverse_isotropy: fit.distance,
+            c44: DependentComponent { given: fit.given_c44, dependent: fit.dependent_c44 },
+            prescribed: fit.prescribed.voigt_rows(),
+            lattice: study.summed().voigt_rows(),
+            best_fit: study.best_fit()?.voigt_rows(),
+        })
+    }
+}
+
+/// Engineering constants of a measured stiffness; νij = −εj/εi under tension along i.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[allow(missing_docs)] // Young's moduli E, Poisson's ratios ν, shear moduli G (Pa) by axes.
+pub struct Engineering {
+    pub ex: f64,
+    pub ey: f64,
+    pub ez: f64,
+    pub nu_xy: f64,
+    pub nu_xz: f64,
+    pub nu_yx: f64,
+    pub nu_yz: f64,
+    pub nu_zx: f64,
+    pub nu_zy: f64,
+    pub gyz: f64,
+    pub gzx: f64,
+    pub gxy: f64,
+}
+
+impl From<EngineeringConstants> for Engineering {
+    fn from(e: EngineeringConstants) -> Self {
+        Engineering {
+            ex: e.e1,
+            ey: e.e2,
+            ez: e.e3,
+            nu_xy: e.nu12,
+            nu_xz: e.nu13,
+            nu_yx: e.nu21,
+            nu_yz: e.nu23,
+            nu_zx: e.nu31,
+            nu_zy: e.nu32,
+            gyz: e.g23,
+            gzx: e.g13,
+            gxy: e.g12,
+        }
+    }
+}
+
+/// An element test, with the lattice it was made on.
+#[derive(Clone, Debug, Serialize)]
+pub struct ElementTestReport {
+    /// The lattice.
+    #[serde(flatten)]
+    pub lattice: LatticeReport,
+    /// The measured tensor (Voigt, Pa).
+    pub measured: Voigt,
+    /// ‖measured − prescribed‖/‖prescribed‖.
+    pub relative_error: f64,
+    /// Engineering constants of the measured tensor; `None` if it is singular.
+    pub engineering: Option<Engineering>,
+    /// Whether nodes rotated.
+    pub rotations: Rotations,
+    /// How it was measured: "static".
+    pub method: &'static str,
+    /// Strain of the test; 0 for the limit of small strain.
+    pub strain: f64,
+    /// Balance, symmetry and energy, checked.
+    pub certificate: Certificate,
+    /// Nodes that move at no cost.
+    pub mechanism: Mechanism,
+    /// How the solver ended.
+    pub solver: SolverReport,
+}
+
+impl ElementTestReport {
+    /// Describe a static element test.
+    ///
+    /// # Errors
+    /// As [`LatticeReport::new`].
+    pub fn of_static(material: &Material, study: &LatticeStudy, r: &ElementTestResult) -> Result<Self> {
+        Ok(ElementTestReport {
+            lattice: LatticeReport::new(material, study)?,
+            measured: r.measured.voigt_rows(),
+            relative_error: study.fit.prescribed.relative_error(&r.measured),
+            engineering: r.engineering.map(Engineering::from),
+            rotations: r.rotations,
+            method: "static",
+            strain: 0.0,
+            certificate: r.certificate,
+            mechanism: r.mechanism.clone(),
+            solver: r.solver,
+        })
+    }
+}
+
