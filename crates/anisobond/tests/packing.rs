@@ -23,10 +23,8 @@ fn packing(seed: u64, number: usize, cell: Option<[f64; 3]>, spread: f64) -> Pac
 
 /// Length, and which spheres, of every contact, sorted: what does not depend on images or numbers.
 fn shapes(contacts: &[Contact], name: impl Fn(u32) -> u32) -> Vec<(u32, u32, f64)> {
-    let mut shapes: Vec<_> = contacts
-        .iter()
-        .map(|c| (name(c.a).min(name(c.b)), name(c.a).max(name(c.b)), (1e9 * c.branch.norm()).round() / 1e9))
-        .collect();
+    let mut shapes: Vec<_> =
+        contacts.iter().map(|c| (name(c.a).min(name(c.b)), name(c.a).max(name(c.b)), c.branch.norm())).collect();
     shapes.sort_by(|a, b| a.partial_cmp(b).unwrap());
     shapes
 }
@@ -61,7 +59,11 @@ proptest! {
         let reversed = Packing::new(
             Some(edges), moved.into_iter().rev().collect(), given.radii().iter().rev().copied().collect(),
         ).unwrap();
-        prop_assert_eq!(shapes(&contacts(&reversed, contact_radius).unwrap(), |i| last - i), expected);
+        let found = shapes(&contacts(&reversed, contact_radius).unwrap(), |i| last - i);
+        prop_assert_eq!(found.len(), expected.len());
+        for (f, e) in found.iter().zip(&expected) {
+            prop_assert!((f.0, f.1) == (e.0, e.1) && (f.2 - e.2).abs() < 1e-11, "{:?} {:?}", f, e);
+        }
     }
 }
 
@@ -110,7 +112,7 @@ proptest! {
     /// Contact search of anything that can be read.
     #[test]
     fn extreme_packings_do_not_panic(
-        numbers in prop::collection::vec(-1e3f64..1e3, 8), powers in prop::collection::vec(-300i32..300, 11), contact_radius in 0.1f64..10.0,
+        numbers in prop::collection::vec(-1e3f64..1e3, 8), powers in prop::collection::vec(prop_oneof![-300i32..300, -3i32..3], 11), contact_radius in 0.1f64..10.0,
     ) {
         let scaled = |i: usize| numbers[i % 8] * 10f64.powi(powers[i]);
         let cell = Vector3::new(scaled(8).abs(), scaled(9).abs(), scaled(10).abs());
