@@ -316,7 +316,7 @@ mod tests {
             let (_, force) = energy(&edges, &sites, &near);
             for (i, axis) in [(0, 0), (1, 1), (3, 2)] {
                 let h = 1e-6;
-                let mut at = |x: f64| {
+                let at = |x: f64| {
                     let mut moved = sites.clone();
                     moved[i].centre[axis] += x;
                     energy(&edges, &moved, &near).0
