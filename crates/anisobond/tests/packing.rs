@@ -7,7 +7,8 @@ use std::f64::consts::PI;
 use anisobond::Error;
 use anisobond::io::{PackingFormat, packing_text, parse_packing, read_packing, write_packing};
 use anisobond::lattice::generate::{
-    Crystal, Extent, Generated, Outcome, Radii, RandomPacking, Share, Target, crystal, random,
+    Crystal, Extent, Generated, Outcome, Progress, Radii, RandomPacking, Share, Target, crystal, random,
+    random_observed,
 };
 use anisobond::lattice::{Contact, Lattice, Packing, contacts, naive_contacts};
 use common::{Random, shared_data};
@@ -433,4 +434,21 @@ fn foreign_files_are_read() {
     let packing = parse_packing(lammps, PackingFormat::Lammps).unwrap();
     assert_eq!((packing.cell(), packing.radii()), (Some(Vector3::new(2.0, 1.0, 1.0)), &[0.2, 0.1][..]));
     assert_eq!(packing.centres()[1], Vector3::new(1.0, 0.5, 0.5));
+}
+
+#[test]
+fn generation_is_observed_and_can_be_stopped() {
+    use std::ops::ControlFlow;
+    let asked = wanted(200, Target::Porosity(0.5));
+    let mut heard = Vec::new();
+    let mut listen = |p: &Progress| {
+        heard.push(*p);
+        ControlFlow::Continue(())
+    };
+    let made = random_observed(&asked, &mut listen).unwrap();
+    assert_eq!(made.packing, random(&asked).unwrap().packing);
+    assert_eq!(heard.len() + 1, made.report.iterations);
+    assert!(heard.iter().enumerate().all(|(i, p)| (p.trial, p.iterations, p.porosity) == (1, i + 1, 0.5)));
+    let mut stop = |p: &Progress| if p.iterations < 3 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) };
+    assert!(matches!(random_observed(&asked, &mut stop), Err(Error::Interrupted { .. })));
 }

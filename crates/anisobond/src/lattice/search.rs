@@ -44,9 +44,9 @@ struct Boxed {
 
 /// Where the spheres are: the cell, or the box that bounds a free packing.
 #[derive(Clone, Copy)]
-struct Extent {
+pub(super) struct Extent {
     origin: Vector3<f64>,
-    edges: Vector3<f64>,
+    pub edges: Vector3<f64>,
 }
 
 /// Every contact once, sorted by (a, b, image).
@@ -121,7 +121,7 @@ fn grids(packing: &Packing, contact_radius: f64) -> Vec<Grid> {
     classes.iter().map(|&class| Grid::new(class, packing, &members(class), extent, contact_radius)).collect()
 }
 
-fn extent(packing: &Packing) -> Extent {
+pub(super) fn extent(packing: &Packing) -> Extent {
     if let Some(edges) = packing.cell() {
         return Extent { origin: Vector3::zeros(), edges };
     }
