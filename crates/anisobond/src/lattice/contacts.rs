@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::packing::Packing;
-use super::search::search;
+use super::search::{extent, search};
 use crate::{Error, Result};
 
 /// A bond between two spheres, once per pair and periodic image; 32 bytes.
@@ -88,11 +88,9 @@ fn expected_contacts(packing: &Packing, contact_radius: f64) -> f64 {
     let moment = |power: i32| packing.radii().iter().map(|r| r.powi(power)).sum::<f64>() / number;
     let cube = 2.0 * moment(3) + 6.0 * moment(2) * moment(1);
     let pairs = 0.5 * number * number;
-    match packing.volume() {
-        Some(volume) => pairs * 4.0 / 3.0 * std::f64::consts::PI * contact_radius.powi(3) * cube / volume,
-        // A sphere of a free packing has at most six dozen neighbours per unit of volume ratio; images there are none.
-        None => pairs.min(100.0 * number * contact_radius.powi(3) * cube / (8.0 * moment(3))),
-    }
+    let share = 4.0 / 3.0 * std::f64::consts::PI * contact_radius.powi(3) * cube / extent(packing).edges.product();
+    // Free spheres have no images.
+    if packing.cell().is_some() { pairs * share } else { pairs * share.min(1.0) }
 }
 
 /// Images of the cell that the longest bond may reach.

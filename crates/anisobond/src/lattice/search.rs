@@ -44,9 +44,9 @@ struct Boxed {
 
 /// Where the spheres are: the cell, or the box that bounds a free packing.
 #[derive(Clone, Copy)]
-struct Extent {
+pub(super) struct Extent {
     origin: Vector3<f64>,
-    edges: Vector3<f64>,
+    pub edges: Vector3<f64>,
 }
 
 /// Every contact once, sorted by (a, b, image).
@@ -121,7 +121,7 @@ fn grids(packing: &Packing, contact_radius: f64) -> Vec<Grid> {
     classes.iter().map(|&class| Grid::new(class, packing, &members(class), extent, contact_radius)).collect()
 }
 
-fn extent(packing: &Packing) -> Extent {
+pub(super) fn extent(packing: &Packing) -> Extent {
     if let Some(edges) = packing.cell() {
         return Extent { origin: Vector3::zeros(), edges };
     }
@@ -221,7 +221,11 @@ impl Grid {
 
     /// A box beyond the cell is the image of one inside: (image, box).
     fn split(&self, box_number: i64, axis: usize) -> (i64, i64) {
-        (box_number.div_euclid(self.count[axis]), box_number.rem_euclid(self.count[axis]))
+        let count = self.count[axis];
+        if (0..count).contains(&box_number) {
+            return (0, box_number);
+        }
+        (box_number.div_euclid(count), box_number.rem_euclid(count))
     }
 
     /// Squared distance (m²) along an axis from a point to a box, less what rounding may hide.
@@ -233,9 +237,9 @@ impl Grid {
     }
 }
 
-/// Boxes along each axis: about as wide as asked, not many more than there are spheres.
+/// Boxes along each axis: at least as wide as asked, and with two spheres each or more.
 fn box_count(extent: &Vector3<f64>, width: f64, spheres: usize) -> [i64; 3] {
-    let most = 4.0 * spheres as f64;
+    let most = (0.5 * spheres as f64).max(1.0);
     let width = width.max((extent.product() / most).cbrt());
     let mut count: [i64; 3] = std::array::from_fn(|axis| ((extent[axis] / width).min(most) as i64).max(1));
     while count.iter().map(|&n| n as f64).product::<f64>() > 2.0 * most {

@@ -114,11 +114,7 @@ impl Reading {
                     self.bounds[axis] = Some((number(low)?, number(high)?));
                 }
             }
-            [xy, xz, yz, "xy", "xz", "yz"] => {
-                if [number(xy)?, number(xz)?, number(yz)?] != [0.0; 3] {
-                    return Err(Error::input("the box is tilted", "use a rectangular box (change_box … ortho)"));
-                }
-            }
+            [xy, xz, yz, "xy", "xz", "yz"] => refuse_tilt([number(xy)?, number(xz)?, number(yz)?])?,
             _ => {}
         }
         Ok(())
@@ -158,6 +154,13 @@ impl Reading {
         let low = Vector3::new(x.0, y.0, z.0);
         Ok((low, Some(Vector3::new(x.1, y.1, z.1) - low)))
     }
+}
+
+fn refuse_tilt(tilt: [f64; 3]) -> Result<()> {
+    if tilt == [0.0; 3] {
+        return Ok(());
+    }
+    Err(Error::input("the box is tilted", "use a rectangular box (change_box … ortho)"))
 }
 
 /// `id type diameter density x y z`, then perhaps image numbers.

@@ -8,4 +8,6 @@ mod stream;
 
 pub use crystal::{Crystal, crystal};
 pub use radii::{Radii, Share};
-pub use random::{Extent, Generated, GenerationReport, Outcome, RandomPacking, Target, random};
+pub use random::{
+    Extent, Generated, GenerationReport, Outcome, Progress, RandomPacking, Target, random, random_observed,
+};

@@ -1,5 +1,7 @@
 //! Random periodic packings of a wanted porosity or coordination.
 
+use std::ops::ControlFlow;
+
 use nalgebra::Vector3;
 use serde::Serialize;
 
@@ -100,8 +102,32 @@ pub enum Outcome {
 /// # Errors
 /// Numbers out of their range: sizes, radii, a porosity no packing can have, a contact radius without contacts.
 pub fn random(wanted: &RandomPacking) -> Result<Generated> {
+    random_observed(wanted, &mut |_| ControlFlow::Continue(()))
+}
+
+/// Where the generation of a packing is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Packing tried, from 1.
+    pub trial: usize,
+    /// Evaluations of the forces in this trial.
+    pub iterations: usize,
+    /// Porosity of this trial.
+    pub porosity: f64,
+    /// Largest overlap left, relative to the sum of radii.
+    pub largest_overlap: f64,
+}
+
+/// [`random`] with an observer that hears of every evaluation of the forces and may stop the work.
+///
+/// # Errors
+/// As [`random`]; [`Error::Interrupted`] when the observer breaks off.
+pub fn random_observed(
+    wanted: &RandomPacking,
+    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<Generated> {
     let sampler = wanted.checked()?;
-    let mut trials = Trials { wanted, sampler, count: 0, iterations: 0 };
+    let mut trials = Trials { wanted, sampler, observe, count: 0, iterations: 0 };
     match wanted.target {
         Target::Porosity(porosity) => trials.of_porosity(porosity),
         Target::Coordination(coordination) => trials.of_coordination(coordination),
@@ -168,6 +194,7 @@ impl RandomPacking {
 struct Trials<'w> {
     wanted: &'w RandomPacking,
     sampler: Sampler<'w>,
+    observe: &'w mut dyn FnMut(&Progress) -> ControlFlow<()>,
     count: usize,
     iterations: usize,
 }
@@ -270,8 +297,16 @@ impl Trials<'_> {
         let mut stream = Stream::new(self.wanted.seed);
         let (edges, radii) = self.cell_and_radii(solid, &mut stream)?;
         let centres = scattered(radii.len(), &edges, &mut stream);
-        let relaxed = remove_overlaps(&edges, centres, &radii)?;
         self.count += 1;
+        let (trial, observe) = (self.count, &mut self.observe);
+        let relaxed = remove_overlaps(&edges, centres, &radii, |iterations, largest_overlap| {
+            match observe(&Progress { trial, iterations, porosity: 1.0 - solid, largest_overlap }) {
+                ControlFlow::Continue(()) => Ok(()),
+                ControlFlow::Break(()) => {
+                    Err(Error::Interrupted { message: format!("packing {trial} was not finished") })
+                }
+            }
+        })?;
         self.iterations += relaxed.steps;
         let packing = Packing::new(Some(edges), relaxed.centres, radii)?;
         Ok(Trial { packing, free: relaxed.free, mean_overlap: relaxed.mean_overlap })

@@ -86,7 +86,17 @@ pub(super) struct Relaxed {
 /// Moves spheres in a periodic cell until none overlap, or until they are stuck.
 ///
 /// Minimises E = ½ Σ δ², δ = (1 + gap)(rₐ + r_b) − ℓ > 0 (O'Hern et al., Phys. Rev. E 68, 011306, 2003).
-pub(super) fn remove_overlaps(edges: &Vector3<f64>, centres: Vec<Vector3<f64>>, radii: &[f64]) -> Result<Relaxed> {
+///
+/// The observer hears the number of steps and the largest overlap (relative to the sum of radii) and may stop the work.
+///
+/// # Errors
+/// The observer's.
+pub(super) fn remove_overlaps(
+    edges: &Vector3<f64>,
+    centres: Vec<Vector3<f64>>,
+    radii: &[f64],
+    mut observe: impl FnMut(usize, f64) -> Result<()>,
+) -> Result<Relaxed> {
     let mean_radius = radii.iter().sum::<f64>() / radii.len() as f64;
     // A sphere far above the mean has contacts in the ratio of the surfaces.
     let mass: Vec<f64> = radii.iter().map(|r| (r / mean_radius).powi(2).max(1.0)).collect();
@@ -108,6 +118,7 @@ pub(super) fn remove_overlaps(edges: &Vector3<f64>, centres: Vec<Vector3<f64>>, 
             let mean_overlap = sums.sum / sums.number.max(1.0);
             return Ok(Relaxed { centres, steps: patience.steps, free, mean_overlap });
         }
+        observe(patience.steps, sums.largest)?;
         let pace = fire.pace(&sums);
         advance(&mut sites, &mut velocity, &force, &mass, pace);
     }
@@ -316,7 +327,7 @@ mod tests {
             let (_, force) = energy(&edges, &sites, &near);
             for (i, axis) in [(0, 0), (1, 1), (3, 2)] {
                 let h = 1e-6;
-                let mut at = |x: f64| {
+                let at = |x: f64| {
                     let mut moved = sites.clone();
                     moved[i].centre[axis] += x;
                     energy(&edges, &moved, &near).0
