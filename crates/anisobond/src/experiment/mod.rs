@@ -3,6 +3,7 @@
 pub mod batch;
 pub mod element_test;
 pub mod prakash;
+pub mod smilauer;
 mod verification;
 
 pub use verification::{Finding, Verdict};
