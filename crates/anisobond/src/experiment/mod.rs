@@ -4,6 +4,7 @@ pub mod batch;
 pub mod element_test;
 mod lattice_study;
 pub mod prakash;
+pub mod smilauer;
 mod verification;
 
 pub use lattice_study::{LatticeStudy, anisotropy_axis};

@@ -3,8 +3,10 @@
 //! [`ElementTest`] is the static test (periodic homogenisation at infinitesimal strain); [`DynamicTest`] is the procedure
 //! of the cross-anisotropy document, at finite strain.
 
+mod dynamic;
 mod mechanism;
 mod static_test;
 
+pub use dynamic::{DynamicTest, DynamicTestResult};
 pub use mechanism::Mechanism;
 pub use static_test::{Certificate, ElementTest, ElementTestResult, Fields, Mechanisms, Rotations};
