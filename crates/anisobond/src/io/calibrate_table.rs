@@ -7,7 +7,7 @@ use serde::Serialize;
 use serde_json::Value;
 use serde_json::value::{RawValue, to_raw_value};
 
-use super::flat::{columns, csv_of, header};
+use super::flat::{FlatRow, columns, csv_of, header};
 use super::journal::Journal;
 use super::report::CalibrationReport;
 use super::table::{Row, Table};
@@ -138,7 +138,7 @@ impl TableResults {
     /// # Errors
     /// None in practice: writing to memory does not fail.
     pub fn csv(&self) -> Result<String> {
-        let rows: Vec<Vec<(String, String)>> = self.values().map(|v| columns(&v)).collect();
+        let rows: Vec<FlatRow> = self.values().map(|v| columns(&v)).collect();
         csv_of(&header(&rows), &rows)
     }
 

@@ -7,8 +7,11 @@ use serde_json::Value;
 use super::report::monomial_names;
 use crate::{Error, Result};
 
+/// Columns' names and the values of one row.
+pub(super) type FlatRow = Vec<(String, String)>;
+
 /// The numbers of a JSON object under dotted names; the names of monomials stand in the names of quartic coefficients.
-pub(super) fn columns(value: &Value) -> Vec<(String, String)> {
+pub(super) fn columns(value: &Value) -> FlatRow {
     let mut out = Vec::new();
     if let Value::Object(entries) = value {
         for (key, value) in entries.iter().filter(|(key, _)| *key != "monomials") {
@@ -18,7 +21,7 @@ pub(super) fn columns(value: &Value) -> Vec<(String, String)> {
     out
 }
 
-fn flatten(name: &str, value: &Value, out: &mut Vec<(String, String)>) {
+fn flatten(name: &str, value: &Value, out: &mut FlatRow) {
     match value {
         Value::Null => {}
         Value::String(text) => out.push((name.into(), text.clone())),
@@ -40,7 +43,7 @@ fn flatten(name: &str, value: &Value, out: &mut Vec<(String, String)>) {
 }
 
 /// The names of all columns: the fullest row gives the order, others add what only they have.
-pub(super) fn header(rows: &[Vec<(String, String)>]) -> Vec<String> {
+pub(super) fn header(rows: &[FlatRow]) -> Vec<String> {
     let mut header: Vec<String> = Vec::new();
     let mut known = std::collections::HashSet::new();
     let fullest = rows.iter().max_by_key(|row| row.len());
@@ -56,7 +59,7 @@ pub(super) fn header(rows: &[Vec<(String, String)>]) -> Vec<String> {
 ///
 /// # Errors
 /// None in practice: writing to memory does not fail.
-pub(super) fn csv_of(header: &[String], rows: &[Vec<(String, String)>]) -> Result<String> {
+pub(super) fn csv_of(header: &[String], rows: &[FlatRow]) -> Result<String> {
     let failed = |e: std::io::Error| Error::file("write", "the table as CSV", e);
     let position: HashMap<&str, usize> = header.iter().enumerate().map(|(i, name)| (name.as_str(), i)).collect();
     let mut writer = csv::Writer::from_writer(Vec::new());

@@ -1,13 +1,14 @@
 //! Line charts: several series over a number, in one panel or in small multiples that share a legend.
 
+use std::collections::HashMap;
 use std::path::Path;
 
-use super::super::flat::csv_of;
+use super::super::flat::{FlatRow, csv_of};
 use super::super::write_atomically;
 use super::colour::Rgb;
 use super::drawing::{Anchor, Drawing, Group, INK, MARGIN, Mark, SOFT_INK, heading, in_power, text, unit};
-use super::numbers::{round_range, ticks};
-use super::picture::Picture;
+use super::finished::Picture;
+use super::numbers::{round_range, some_ticks};
 use super::scene::Scalar;
 use super::text::{fit, width};
 use crate::{Error, Result};
@@ -16,8 +17,8 @@ use crate::{Error, Result};
 const ALONE: [f64; 2] = [760.0, 440.0];
 const ONE_OF_MANY: [f64; 2] = [350.0, 225.0];
 /// Room of a panel left of, above and below its plot.
-const LEFT: f64 = 62.0;
-const ABOVE: f64 = 34.0;
+const LEFT: f64 = 60.0;
+const ABOVE: f64 = 46.0;
 const BELOW: f64 = 66.0;
 const GAP: f64 = 26.0;
 /// Size of numbers and titles of axes.
@@ -115,16 +116,13 @@ impl Chart {
         Picture(self.drawing())
     }
 
-    /// The data as a CSV table: a row per x, a column per series (with its panel's y where there are several panels).
+    /// The data as a CSV table: a row per x, a column per panel and series.
     ///
     /// # Errors
     /// None in practice: writing to memory does not fail.
     pub fn csv(&self) -> Result<String> {
-        let with_unit =
-            |s: &Scalar| if s.unit.is_empty() { s.name.clone() } else { format!("{} ({})", s.name, s.unit) };
         let mut header: Vec<String> = Vec::new();
-        // Rows by x and by how often that x came before in its series.
-        let mut rows: Vec<(String, f64, usize, Vec<(String, String)>)> = Vec::new();
+        let mut rows: Vec<Datum> = Vec::new();
         for panel in &self.panels {
             let x_name = with_unit(&panel.x);
             if !header.contains(&x_name) {
@@ -132,24 +130,12 @@ impl Chart {
             }
             for series in &panel.series {
                 let name = format!("{}: {}", with_unit(&panel.y), series.name);
-                header.push(name.clone());
-                let mut before: Vec<f64> = Vec::new();
-                for [x, y] in &series.points {
-                    let again = before.iter().filter(|other| *other == x).count();
-                    before.push(*x);
-                    let cell = (name.clone(), y.to_string());
-                    match rows.iter_mut().find(|row| row.0 == x_name && row.1 == *x && row.2 == again) {
-                        Some(row) => row.3.push(cell),
-                        None => {
-                            let start = vec![(x_name.clone(), x.to_string()), cell];
-                            rows.push((x_name.clone(), *x, again, start));
-                        }
-                    }
-                }
+                add_column(&mut rows, &x_name, &name, &series.points);
+                header.push(name);
             }
         }
-        rows.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.2.cmp(&b.2)));
-        csv_of(&header, &rows.into_iter().map(|row| row.3).collect::<Vec<_>>())
+        rows.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.again.cmp(&b.again)));
+        csv_of(&header, &rows.into_iter().map(|row| row.cells).collect::<Vec<_>>())
     }
 
     /// Writes the picture, and the data beside it in a file of the same name that ends in `.csv`.
@@ -208,6 +194,38 @@ impl Chart {
         let rows = self.panels.len().div_ceil(columns) as f64;
         Drawing { size: [size_x, top + rows * cell[1] + 4.0], title: self.title.clone(), groups }
     }
+}
+
+/// One row of the data: an x, and how often that x came before in its series.
+struct Datum {
+    x_name: String,
+    x: f64,
+    again: usize,
+    cells: FlatRow,
+}
+
+/// Adds a series to the rows of data.
+fn add_column(rows: &mut Vec<Datum>, x_name: &str, name: &str, points: &[[f64; 2]]) {
+    // Rows by the bits of x; −0 is 0.
+    let key = |x: f64, again: usize| ((x + 0.0).to_bits(), again);
+    let own = rows.iter().enumerate().filter(|(_, row)| row.x_name == x_name);
+    let mut known: HashMap<(u64, usize), usize> = own.map(|(at, row)| (key(row.x, row.again), at)).collect();
+    let mut before: HashMap<u64, usize> = HashMap::new();
+    for &[x, y] in points {
+        let count = before.entry(key(x, 0).0).or_insert(0);
+        let again = *count;
+        *count += 1;
+        let at = *known.entry(key(x, again)).or_insert_with(|| {
+            rows.push(Datum { x_name: x_name.into(), x, again, cells: vec![(x_name.into(), x.to_string())] });
+            rows.len() - 1
+        });
+        rows[at].cells.push((name.into(), y.to_string()));
+    }
+}
+
+/// "C₁₁ (Pa)".
+fn with_unit(scalar: &Scalar) -> String {
+    if scalar.unit.is_empty() { scalar.name.clone() } else { format!("{} ({})", scalar.name, scalar.unit) }
 }
 
 /// How a series looks everywhere.
@@ -331,16 +349,17 @@ impl Plot {
         let (y_title, y_power) = axis_title(&panel.y, magnitude(1));
         let [left, right] = range(values(0)).map(|x| in_power(x, x_power));
         let [low, high] = range(values(1)).map(|y| in_power(y, y_power));
+        let counts = if size[1] > 300.0 { [9.0, 6.0] } else { [4.0, 4.0] };
         let aside = 0.035 * (right - left);
         let x_range = [left - aside, right + aside];
         let margin = 0.02 * (high - low);
-        let (y_range, y_ticks) = round_range(low - margin, high + margin, if size[1] > 300.0 { 6.0 } else { 4.0 });
+        let (y_range, y_ticks) = round_range(low - margin, high + margin, counts[1]);
         Plot {
             corner,
             size,
             titles: [x_title, y_title],
             powers: [x_power, y_power],
-            ticks: [ticks(x_range[0], x_range[1]), y_ticks],
+            ticks: [some_ticks(x_range[0], x_range[1], counts[0]), y_ticks],
             ranges: [x_range, y_range],
         }
     }
@@ -384,7 +403,7 @@ impl Plot {
         let (x_title, size) = fit(&self.titles[0], TITLE_SIZE, wide);
         marks.push(text([left + 0.5 * wide, bottom + 47.0], size, Anchor::Middle, x_title, INK));
         let (y_title, size) = fit(&self.titles[1], TITLE_SIZE, wide + LEFT);
-        marks.push(text([left - LEFT + 4.0, top - 15.0], size, Anchor::Start, y_title, INK));
+        marks.push(text([left - LEFT, top - 20.0], size, Anchor::Start, y_title, INK));
         marks
     }
 }

@@ -54,7 +54,7 @@ pub(super) fn stops(paint: Paint) -> [(f64, Rgb); 8] {
 }
 
 /// A colour mixed with a grey.
-fn mix(colour: Rgb, grey: u8, part: f64) -> Rgb {
+pub(super) fn mix(colour: Rgb, grey: u8, part: f64) -> Rgb {
     colour.map(|c| (f64::from(c) * (1.0 - part) + f64::from(grey) * part).round() as u8)
 }
 

@@ -5,7 +5,7 @@
 use nalgebra::Vector3;
 
 use super::camera::Camera;
-use super::colour::{LEVELS, Paint, Rgb, Scale};
+use super::colour::{LEVELS, Paint, Rgb, Scale, mix};
 use super::numbers::{engineering_power, significant, superscript, ticks};
 use super::scene::{Ball, Rod, Scene, View};
 use super::text::{fit, width};
@@ -19,6 +19,8 @@ const GAP: f64 = 14.0;
 const STRIP: f64 = 92.0;
 /// Length of the arrows that show the axes.
 const ARROW: f64 = 30.0;
+/// Part of white mixed into the farthest rod.
+const HAZE: f64 = 0.72;
 /// Width of the thinnest rod.
 const THINNEST: f64 = 0.5;
 const BAR: [f64; 2] = [24.0, 300.0];
@@ -110,7 +112,18 @@ struct Seen {
 /// A projected sphere or rod (m).
 enum Body {
     Sphere { at: [f64; 2], radius: f64, paint: Paint },
-    Rod { ends: [[f64; 2]; 2], radius: f64, paint: Paint },
+    Rod { ends: [[f64; 2]; 2], radius: f64, colour: Rgb },
+}
+
+/// Makes far rods paler, as haze does, so that one sees which are in front: bodies sorted by how near they are.
+fn fade(bodies: &mut [(f64, Body)]) {
+    let (Some(far), Some(near)) = (bodies.first().map(|b| b.0), bodies.last().map(|b| b.0)) else { return };
+    for (nearness, body) in bodies {
+        if let Body::Rod { colour, .. } = body {
+            let part = if near > far { ((near - *nearness) / (near - far)).clamp(0.0, 1.0) } else { 0.0 };
+            *colour = mix(*colour, 255, HAZE * part.powf(0.8));
+        }
+    }
 }
 
 impl Seen {
@@ -129,7 +142,7 @@ impl Seen {
         let rod = |rod: &Rod| {
             let ends = rod.ends.map(|end| camera.project(&(end - middle)));
             let from_middle = 0.5 * (rod.ends[0] - middle) + 0.5 * (rod.ends[1] - middle);
-            (from_middle, Body::Rod { ends, radius: rod.radius, paint: paint(Some(rod.value)) })
+            (from_middle, Body::Rod { ends, radius: rod.radius, colour: paint(Some(rod.value)).colour() })
         };
         let mut shown: Vec<(f64, Body)> = scene
             .balls
@@ -140,6 +153,7 @@ impl Seen {
             .map(|(from_middle, body)| (camera.nearness(&from_middle), body))
             .collect();
         shown.sort_by(|a, b| a.0.total_cmp(&b.0));
+        fade(&mut shown);
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         let mut reach = |at: &[f64; 2], radius: f64| {
             for axis in 0..2 {
@@ -175,9 +189,9 @@ impl Seen {
             |at: &[f64; 2]| [at_middle[0] + (at[0] - middle[0]) * metre, at_middle[1] - (at[1] - middle[1]) * metre];
         let mark = |body: &Body| match body {
             Body::Sphere { at, radius, paint } => Mark::Sphere { at: place(at), radius: radius * metre, paint: *paint },
-            Body::Rod { ends, radius, paint } => {
+            Body::Rod { ends, radius, colour } => {
                 let [from, to] = ends.each_ref().map(place);
-                Mark::Line { from, to, width: (2.0 * radius * metre).max(THINNEST), colour: paint.colour() }
+                Mark::Line { from, to, width: (2.0 * radius * metre).max(THINNEST), colour: *colour }
             }
         };
         self.bodies.iter().map(mark).collect()

@@ -94,15 +94,16 @@ fn rods(lattice: &Lattice, values: &[f64]) -> Vec<Rod> {
     rods
 }
 
-/// "2556 spheres · contact radius Iᵣ = 1.8 · 27956 bonds, 21.9 per sphere · cell 821.4 × 821.4 × 821.4 mm".
+/// "2556 spheres · contact radius I_R = 1.8 · 28678 bonds, 22.4 per sphere · cubic cell 0.821373 m".
 fn subtitle(lattice: &Lattice) -> String {
     let (spheres, bonds) = (lattice.packing.len(), lattice.contacts.len());
     let cell = match lattice.packing.cell() {
+        Some(cell) if cell.max() - cell.min() <= 1e-9 * cell.max() => format!(" · cubic cell {}", length(cell.x)),
         Some(cell) => format!(" · cell {} × {} × {}", length(cell.x), length(cell.y), length(cell.z)),
         None => String::new(),
     };
     format!(
-        "{spheres} spheres · contact radius Iᵣ = {} · {bonds} bonds, {} per sphere{cell}",
+        "{spheres} spheres · contact radius I_R = {} · {bonds} bonds, {} per sphere{cell}",
         significant(lattice.contact_radius, 4),
         significant(2.0 * bonds as f64 / spheres as f64, 3)
     )

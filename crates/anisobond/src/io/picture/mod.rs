@@ -8,10 +8,10 @@ mod camera;
 mod chart;
 mod colour;
 mod drawing;
+mod finished;
 mod lattice;
 mod neighbourhood;
 mod numbers;
-mod picture;
 mod png;
 mod scene;
 mod stiffness;
@@ -19,11 +19,13 @@ mod svg;
 mod text;
 
 #[cfg(test)]
+mod chart_tests;
+#[cfg(test)]
 mod tests;
 
 pub use chart::{Chart, Panel, Series, Style};
+pub use finished::Picture;
 pub use lattice::{LatticeView, lattice_scene};
 pub use neighbourhood::{NeighbourhoodPicture, neighbourhood_scene};
-pub use picture::Picture;
 pub use scene::{Ball, Rod, Scalar, Scene, View};
 pub use stiffness::{StiffnessRow, directional_csv, directional_picture, stiffness_chart};

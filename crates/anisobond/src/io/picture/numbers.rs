@@ -57,7 +57,12 @@ pub(super) fn engineering_power(magnitude: f64) -> i32 {
 
 /// Round numbers in [low, high], about five of them, with their text.
 pub(super) fn ticks(low: f64, high: f64) -> Vec<(f64, String)> {
-    let (step, decimals) = step((high - low) / 5.0);
+    some_ticks(low, high, 5.0)
+}
+
+/// Round numbers in [low, high], about so many of them, with their text.
+pub(super) fn some_ticks(low: f64, high: f64, count: f64) -> Vec<(f64, String)> {
+    let (step, decimals) = step((high - low) / count);
     // Ends count although rounding puts them outside.
     let (first, last) = ((low / step - 1e-6).ceil(), (high / step + 1e-6).floor());
     multiples(first, last, step, decimals).into_iter().map(|(value, text)| (value.clamp(low, high), text)).collect()

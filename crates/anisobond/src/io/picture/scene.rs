@@ -5,8 +5,8 @@ use std::path::Path;
 use nalgebra::Vector3;
 
 use super::drawing::Drawing;
+use super::finished::Picture;
 use super::numbers::vector;
-use super::picture::Picture;
 use crate::{Error, Result};
 
 /// Relative distance from the cutting plane within which a sphere's centre lies on it.

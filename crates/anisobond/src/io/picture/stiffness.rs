@@ -7,8 +7,8 @@ use nalgebra::Vector3;
 use super::super::flat::csv_of;
 use super::chart::{Chart, GRID, Look, Panel, Series, Style, legend, prefixed};
 use super::drawing::{Anchor, Drawing, Group, INK, MARGIN, Mark, SOFT_INK, heading, in_power, text};
+use super::finished::Picture;
 use super::numbers::ticks;
-use super::picture::Picture;
 use super::scene::Scalar;
 use crate::tensor::{DirectionalModuli, Stiffness};
 use crate::{Error, Result};
@@ -49,11 +49,11 @@ pub fn stiffness_chart(
             style,
         };
         Panel {
-            x: Scalar { name: "Contact radius I_R".replace("I_R", "Iᵣ"), unit: String::new() },
+            x: Scalar { name: "Contact radius I_R".into(), unit: String::new() },
             y: Scalar { name: format!("C{}{}", subscript(a), subscript(b)), unit: "Pa".into() },
             series: vec![
                 series("prescribed", Style::Line, |row| &row.prescribed),
-                series("lattice (sum over bonds)", Style::MarkedLine, |row| &row.lattice),
+                series("lattice (sum over bonds)", Style::Marks, |row| &row.lattice),
                 series("measured (element tests)", Style::MarkedLine, |row| &row.measured),
             ],
         }
@@ -71,7 +71,9 @@ const PLANES: [(&str, &str, usize, usize); 3] = [("y", "z", 1, 2), ("x", "z", 0,
 const DIRECTIONS: usize = 360;
 /// Largest radius of a curve, and half the edge of its panel.
 const RADIUS: f64 = 170.0;
-const HALF: f64 = 212.0;
+const HALF: f64 = 206.0;
+/// Least distance between the number of a ring and a curve.
+const CLEAR: f64 = 15.0;
 
 /// Young's modulus E(n) (Pa) of each stiffness, at angles from the axis to the right.
 fn curves(tensors: &[(&str, &Stiffness)]) -> Result<Vec<[Vec<f64>; 3]>> {
@@ -107,10 +109,10 @@ pub fn directional_picture(title: &str, subtitle: &str, tensors: &[(&str, &Stiff
     let looks: Vec<(&str, Look)> = tensors.iter().enumerate().map(|(n, (name, _))| (*name, Look::line(n))).collect();
     let size_x = 2.0 * MARGIN + 6.0 * HALF;
     let mut top = if title.is_empty() { MARGIN } else { 104.0 };
-    let mut groups =
-        vec![Group { name: "heading".into(), marks: heading(title, &format!("{subtitle}"), size_x - 2.0 * MARGIN) }];
-    let (mut marks, height) = legend(&looks, [MARGIN, top], size_x - 2.0 * MARGIN - 300.0);
-    let note = format!("Young’s modulus E(n) {unit}");
+    let mut groups = vec![Group { name: "heading".into(), marks: heading(title, subtitle, size_x - 2.0 * MARGIN) }];
+    let (mut marks, height) = legend(&looks, [MARGIN, top], size_x - 2.0 * MARGIN - 420.0);
+    let step = rings.first().map_or("", |(_, words)| words);
+    let note = format!("Young’s modulus E(n), a ring every {step} {}", unit.trim_matches(['(', ')']));
     marks.push(text([size_x - MARGIN, top + 17.5], 16.0, Anchor::End, note, INK));
     groups.push(Group { name: "legend".into(), marks });
     top += height + 6.0;
@@ -125,12 +127,16 @@ pub fn directional_picture(title: &str, subtitle: &str, tensors: &[(&str, &Stiff
             };
             marks.push(Mark::Path { points: (0..=DIRECTIONS).map(at).collect(), width: 3.0, colour: look.colour });
         }
-        marks.extend(ring_names(middle, &rings, largest));
+        let radii: Vec<[f64; 12]> = curves
+            .iter()
+            .map(|curve| between_spokes().map(|step| RADIUS * in_power(curve[panel][step], power) / largest))
+            .collect();
+        marks.extend(ring_names(middle, &rings, largest, &radii));
         let caption = format!("{right}–{up} plane");
-        marks.push(text([middle[0], middle[1] + HALF + 22.0], 17.0, Anchor::Middle, caption, INK));
+        marks.push(text([middle[0], middle[1] + HALF + 12.0], 17.0, Anchor::Middle, caption, INK));
         groups.push(Group { name: format!("panel-{}", panel + 1), marks });
     }
-    Ok(Picture(Drawing { size: [size_x, top + 2.0 * HALF + 46.0], title: title.into(), groups }))
+    Ok(Picture(Drawing { size: [size_x, top + 2.0 * HALF + 36.0], title: title.into(), groups }))
 }
 
 /// Rings and axes of a polar panel.
@@ -153,20 +159,26 @@ fn web(middle: [f64; 2], rings: &[(f64, String)], largest: f64, names: [&str; 2]
     marks
 }
 
-/// The numbers of the rings, on white, between two spokes.
-fn ring_names(middle: [f64; 2], rings: &[(f64, String)], largest: f64) -> Vec<Mark> {
-    let (sin, cos) = (TAU * 5.5 / 12.0 / 1.0).sin_cos();
+/// The directions half-way between the spokes, where the numbers of the rings may stand.
+fn between_spokes() -> [usize; 12] {
+    std::array::from_fn(|k| DIRECTIONS * (2 * k + 1) / 24)
+}
+
+/// The numbers of the rings between the two spokes where most of them keep clear of the curves, whose radii there are
+/// given; those that would touch one are left out.
+fn ring_names(middle: [f64; 2], rings: &[(f64, String)], largest: f64, curves: &[[f64; 12]]) -> Vec<Mark> {
+    let ring = |value: f64| RADIUS * value / largest;
+    let distance =
+        |k: usize, value: f64| curves.iter().map(|c| (c[k] - ring(value)).abs()).fold(f64::INFINITY, f64::min);
+    let clear = |k: usize| rings.iter().filter(|(value, _)| distance(k, *value) >= CLEAR).count();
+    // Of equals the first: near the axis to the right.
+    let best = (0..12).rev().max_by_key(|&k| clear(k)).unwrap_or(0);
+    let (sin, cos) = (TAU * between_spokes()[best] as f64 / DIRECTIONS as f64).sin_cos();
     let name = |(value, words): &(f64, String)| {
-        let radius = RADIUS * value / largest;
-        text(
-            [middle[0] - radius * cos.abs(), middle[1] + radius * sin + 4.5],
-            13.0,
-            Anchor::Middle,
-            words.as_str(),
-            SOFT_INK,
-        )
+        let at = [middle[0] + ring(*value) * cos, middle[1] - ring(*value) * sin + 4.5];
+        text(at, 13.0, Anchor::Middle, words.as_str(), SOFT_INK)
     };
-    rings.iter().map(name).collect()
+    rings.iter().filter(|(value, _)| distance(best, *value) >= CLEAR).map(name).collect()
 }
 
 /// The curves of [`directional_picture`] as a CSV table: plane, angle from its first axis (degrees), E(n) (Pa) of each.

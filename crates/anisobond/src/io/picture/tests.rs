@@ -52,7 +52,7 @@ fn scenes() -> Vec<(&'static str, Scene)> {
 }
 
 /// Left, top, right and bottom of a mark.
-fn reach(mark: &Mark) -> [f64; 4] {
+pub(super) fn reach(mark: &Mark) -> [f64; 4] {
     match mark {
         Mark::Sphere { at: [x, y], radius: r, .. } | Mark::Disc { at: [x, y], radius: r, .. } => {
             [x - r, y - r, x + r, y + r]

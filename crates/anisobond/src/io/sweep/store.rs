@@ -13,7 +13,7 @@ use std::time::Duration;
 use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, params};
 use serde_json::Value as Json;
 
-use super::super::flat::{columns, csv_of, header};
+use super::super::flat::{FlatRow, columns, csv_of, header};
 use super::super::words::{quoted, suggestion};
 use super::table::ParameterTable;
 use crate::{Error, Result};
@@ -466,7 +466,7 @@ impl Store {
     }
 
     /// The header of the CSV table and its rows.
-    fn flat(&self) -> Result<(Vec<String>, Vec<Vec<(String, String)>>)> {
+    fn flat(&self) -> Result<(Vec<String>, Vec<FlatRow>)> {
         let records = self.records()?;
         let parameters: Vec<_> = records.iter().map(|record| columns(&record.parameters)).collect();
         let mut names: Vec<String> = ["id", "title", "state"].map(String::from).to_vec();
@@ -474,7 +474,7 @@ impl Store {
         let parameter = |name: &str| if own(name) { format!("parameter.{name}") } else { name.to_string() };
         names.extend(header(&parameters).iter().map(|name| parameter(name)));
         let taken: std::collections::HashSet<String> = names.iter().cloned().chain(["error".into()]).collect();
-        let results: Vec<Vec<(String, String)>> = records
+        let results: Vec<FlatRow> = records
             .iter()
             .map(|record| {
                 let flat = record.result.as_ref().map(result_columns).unwrap_or_default();
@@ -500,7 +500,7 @@ impl Store {
 }
 
 /// The columns of a result that is an object; another value is `result`.
-fn result_columns(value: &Json) -> Vec<(String, String)> {
+fn result_columns(value: &Json) -> FlatRow {
     match value {
         Json::Object(_) => columns(value),
         other => columns(&serde_json::json!({ "result": other })),
