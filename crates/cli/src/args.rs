@@ -324,9 +324,9 @@ Exit codes: 0 every value of ours is the corrected reference, 1 one is not, 2 un
 pub struct Verify {
     /// Suite: prakash (the peridynamics document), smilauer (the cross-anisotropy document) [default: all]
     pub suite: Option<String>,
-    /// The reference packing of the cross-anisotropy document
-    #[arg(long, value_name = "FILE", default_value = "../shared/data/woo-packing-2556.txt")]
-    pub packing: PathBuf,
+    /// The cross-anisotropy document's packing of 2556 spheres
+    #[arg(long, value_name = "FILE")]
+    pub packing: Option<PathBuf>,
     /// Print one JSON document
     #[arg(long)]
     pub json: bool,

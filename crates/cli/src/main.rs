@@ -5,7 +5,10 @@
 
 mod args;
 mod calibrate;
+mod lattice;
 mod materials;
+mod pack;
+mod sweep;
 mod table;
 mod tensor;
 mod text;
@@ -50,6 +53,10 @@ fn run(cli: args::Cli) -> Result<Ending> {
     match cli.command {
         args::Command::Tensor(a) => tensor::run(&a),
         args::Command::Calibrate(a) => calibrate::run(&a),
+        args::Command::Pack(a) => pack::run(&a),
+        args::Command::Lattice(a) => lattice::run(&a),
+        args::Command::ElementTest(a) => lattice::test(&a),
+        args::Command::Sweep(a) => sweep::run(&a),
         args::Command::Verify(a) => verify::run(&a),
         args::Command::Materials(a) => materials::run(&a),
         args::Command::Completions(a) => {

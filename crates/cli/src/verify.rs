@@ -1,19 +1,46 @@
 //! `anisobond verify`.
 
-use anisobond::experiment::{Finding, Verdict, prakash};
+use std::path::Path;
+
+use anisobond::experiment::{Finding, Verdict, prakash, smilauer};
+use anisobond::io::read_packing;
 use anisobond::{Error, Result};
 use serde_json::json;
 
 use crate::{Ending, args, text};
 
-/// A suite: its name, its document, and what computes it.
-type Suite = (&'static str, &'static str, fn() -> Result<Vec<Finding>>);
+/// A suite: its name, its document, and what computes it; `None` where what it needs is not here.
+type Suite = (&'static str, &'static str, fn(&args::Verify) -> Result<Option<Vec<Finding>>>);
 
-const SUITES: [Suite; 1] = [(
-    "prakash",
-    "Prakash, A General Numerical Method to Model Anisotropy in Discretized Bond-Based Peridynamics",
-    prakash::findings,
-)];
+const SUITES: [Suite; 2] = [
+    (
+        "prakash",
+        "Prakash, A General Numerical Method to Model Anisotropy in Discretized Bond-Based Peridynamics",
+        |_| prakash::findings().map(Some),
+    ),
+    ("smilauer", "Šmilauer, Cross-anisotropy model with discrete elements", smilauer_findings),
+];
+
+/// Where the reference packing of the cross-anisotropy document lies beside a checkout; it is not shipped.
+const REFERENCE_PACKING: &str = "../shared/data/woo-packing-2556.txt";
+
+fn smilauer_findings(args: &args::Verify) -> Result<Option<Vec<Finding>>> {
+    let path = match &args.packing {
+        Some(path) => path.clone(),
+        None if Path::new(REFERENCE_PACKING).exists() => REFERENCE_PACKING.into(),
+        None if args.suite.is_none() => {
+            eprintln!("skipped smilauer: it needs the document's packing (--packing FILE)");
+            return Ok(None);
+        }
+        None => {
+            return Err(Error::input(
+                "the suite smilauer needs the document's packing",
+                "give --packing 'pbc-spheres_N=2556,r=0.03,rRelFuzz=0.txt', which the document offers for download",
+            ));
+        }
+    };
+    smilauer::findings(&read_packing(path)?).map(Some)
+}
 
 pub fn run(args: &args::Verify) -> Result<Ending> {
     let chosen: Vec<&Suite> =
@@ -27,7 +54,7 @@ pub fn run(args: &args::Verify) -> Result<Ending> {
     let mut documents = Vec::new();
     let mut out = String::new();
     for (name, title, compute) in chosen {
-        let findings = compute()?;
+        let Some(findings) = compute(args)? else { continue };
         let count = |v: Verdict| findings.iter().filter(|f| f.verdict() == v).count();
         deviates |= count(Verdict::Deviates) > 0;
         if args.json {

@@ -2,7 +2,6 @@
 
 use nalgebra::Vector3;
 
-use super::element_test::{ElementTest, ElementTestResult};
 use crate::Result;
 use crate::calibration::{EllipticFit, EllipticModuli, LatticeStiffness, best_fit_stiffness};
 use crate::lattice::{Lattice, Packing};
@@ -54,14 +53,6 @@ impl LatticeStudy {
     /// Nodes and stiff bonds.
     pub fn network(&self) -> Network {
         Network::new(&self.lattice, &self.stiffness)
-    }
-
-    /// The measured stiffness by periodic homogenisation.
-    ///
-    /// # Errors
-    /// As [`ElementTest::run`].
-    pub fn measure(&self, test: &ElementTest) -> Result<ElementTestResult> {
-        test.run(&self.network())
     }
 }
 

@@ -11,7 +11,7 @@ use super::picture::{Chart, StiffnessRow, stiffness_chart};
 use super::sweep::{Job, JobLog, ParameterTable, Store, Value};
 use super::{find_material, parse_angle, parse_stress, read_packing};
 use crate::calibration::{TransverseConstants, axis_of_strike_and_dip};
-use crate::experiment::element_test::{ElementTest, Rotations};
+use crate::experiment::element_test::{DynamicTest, ElementTest, Rotations};
 use crate::experiment::{LatticeStudy, anisotropy_axis};
 use crate::lattice::Packing;
 use crate::tensor::{Material, Stiffness};
@@ -20,9 +20,13 @@ use crate::{Error, Result};
 /// The parameters of an element test's job.
 ///
 /// `packing` (a file; required), `contact_radius` (required); `material` (a name or a file) or `c11`, `c33`, `c13`, `c12` with
-/// units; `strike` and `dip` (degrees) or `axis` ("x,y,z"); `rotations` (free, blocked).
-pub const PARAMETERS: [&str; 11] =
-    ["packing", "contact_radius", "material", "c11", "c33", "c13", "c12", "axis", "strike", "dip", "rotations"];
+/// units; `strike` and `dip` (degrees) or `axis` ("x,y,z"); `rotations` (free, blocked); `method` (static, dynamic) and
+/// `strain` (of a dynamic test).
+#[rustfmt::skip]
+pub const PARAMETERS: [&str; 13] = [
+    "packing", "contact_radius", "material", "c11", "c33", "c13", "c12", "axis", "strike", "dip", "rotations", "method",
+    "strain",
+];
 
 /// The files that the jobs of a table need, read once.
 pub struct ElementSweep {
@@ -56,6 +60,7 @@ impl ElementSweep {
             sweep.material(job).and_then(|m| axis(job, &m.stiffness)).map_err(placed)?;
             number(job, "contact_radius")?.ok_or_else(|| placed(missing("contact_radius")))?;
             rotations(job).map_err(placed)?;
+            dynamic_strain(job).map_err(placed)?;
         }
         Ok(sweep)
     }
@@ -72,13 +77,18 @@ impl ElementSweep {
         let study = LatticeStudy::new(packing.clone(), &material.stiffness, &axis, contact_radius)?;
         log.line(format_args!("{} contacts, μ = {}", study.lattice.contacts.len(), study.stiffness.mu));
         // The sweep runs its jobs side by side; each on one thread.
-        let test = ElementTest { rotations: rotations(job)?, threads: false, ..ElementTest::default() };
-        let measured = study.measure(&test)?;
-        log.line(format_args!(
-            "{} iterations, residual {:.1e}",
-            measured.solver.iterations, measured.solver.residual
-        ));
-        let report = ElementTestReport::of_static(&material, &study, &measured)?;
+        let rotations = rotations(job)?;
+        let report = match dynamic_strain(job)? {
+            None => {
+                let test = ElementTest { rotations, threads: false, ..ElementTest::default() };
+                ElementTestReport::of_static(&material, &study, &test.run(&study.network())?)?
+            }
+            Some(strain) => {
+                let test = DynamicTest { rotations, strain, ..DynamicTest::default() };
+                ElementTestReport::of_dynamic(&material, &study, &test.run(&study.network())?)?
+            }
+        };
+        log.line(format_args!("{} iterations, residual {:.1e}", report.solver.iterations, report.solver.residual));
         serde_json::to_value(&report).map_err(|e| Error::file("write", "a result as JSON", e.into()))
     }
 
@@ -126,12 +136,9 @@ pub fn contact_radius_chart(store: &Store) -> Result<Option<Chart>> {
             return Ok(None);
         }
         let tensor = |key: &str| tensor(&result[key]);
-        if let (Some(contact_radius), Some(prescribed), Some(lattice), Some(measured)) = (
-            record.parameters["contact_radius"].as_f64(),
-            tensor("prescribed"),
-            tensor("lattice"),
-            tensor("measured"),
-        ) {
+        if let (Some(contact_radius), Some(prescribed), Some(lattice), Some(measured)) =
+            (record.parameters["contact_radius"].as_f64(), tensor("prescribed"), tensor("lattice"), tensor("measured"))
+        {
             rows.push(StiffnessRow { contact_radius, prescribed, lattice, measured });
         }
     }
@@ -181,6 +188,19 @@ fn rotations(job: &Job) -> Result<Rotations> {
         None | Some("free") => Ok(Rotations::Free),
         Some("blocked") => Ok(Rotations::Blocked),
         Some(other) => Err(Error::input(format!("rotations = {other:?}"), "use free or blocked")),
+    }
+}
+
+/// The strain of a dynamic test; `None` for a static one.
+fn dynamic_strain(job: &Job) -> Result<Option<f64>> {
+    let strain = number(job, "strain")?;
+    match (job.get("method").and_then(Value::text), strain) {
+        (None | Some("static"), None) => Ok(None),
+        (None | Some("static"), Some(_)) => {
+            Err(Error::input("strain is given for a static test", "leave it out, or give method = dynamic"))
+        }
+        (Some("dynamic"), strain) => Ok(Some(strain.unwrap_or(DynamicTest::default().strain))),
+        (Some(other), _) => Err(Error::input(format!("method = {other:?}"), "use static or dynamic")),
     }
 }
 

@@ -3,13 +3,13 @@
 use serde::Serialize;
 
 use super::report::Voigt;
-use crate::Result;
 use crate::calibration::EllipticModuli;
 use crate::experiment::LatticeStudy;
-use crate::experiment::element_test::{Certificate, ElementTestResult, Mechanism, Rotations};
+use crate::experiment::element_test::{Certificate, DynamicTestResult, ElementTestResult, Mechanism, Rotations};
 use crate::lattice::PackingStatistics;
 use crate::solver::SolverReport;
 use crate::tensor::{EngineeringConstants, Material};
+use crate::{Error, Result};
 
 /// A lattice made of a packing and a material. Stresses in Pa.
 #[derive(Clone, Debug, Serialize)]
@@ -134,16 +134,43 @@ pub struct ElementTestReport {
     pub engineering: Option<Engineering>,
     /// Whether nodes rotated.
     pub rotations: Rotations,
-    /// How it was measured: "static".
-    pub method: &'static str,
-    /// Strain of the test; 0 for the limit of small strain.
+    /// How it was measured.
+    pub method: Method,
+    /// Strain of the test: 0 for the limit of small strain, the logarithmic strain of a dynamic test.
     pub strain: f64,
-    /// Balance, symmetry and energy, checked.
-    pub certificate: Certificate,
-    /// Nodes that move at no cost.
-    pub mechanism: Mechanism,
+    /// What of the answer was checked, independently.
+    pub certificate: Checks,
+    /// Nodes that move at no cost; `None` where it was not looked for.
+    pub mechanism: Option<Mechanism>,
     /// How the solver ended.
     pub solver: SolverReport,
+}
+
+/// How a stiffness is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// Periodic homogenisation at small strain.
+    Static,
+    /// The document's procedure: servo-controlled compression and pure shear to a finite strain.
+    Dynamic,
+}
+
+/// The checks of a test.
+#[derive(Clone, Copy, Debug, Serialize)]
+#[serde(untagged)]
+pub enum Checks {
+    /// Balance, symmetry and energy consistency of a static test.
+    Static(Certificate),
+    /// What a dynamic test left over.
+    Dynamic {
+        /// Largest unbalanced force or moment of a node, relative to the mean of a bond.
+        force_balance: f64,
+        /// Largest lateral stress, relative to the axial one.
+        lateral_stress: f64,
+        /// Largest relative difference of a symmetric couple ν_ij/E_i = ν_ji/E_j.
+        asymmetry: f64,
+    },
 }
 
 impl ElementTestReport {
@@ -158,12 +185,39 @@ impl ElementTestReport {
             relative_error: study.fit.prescribed.relative_error(&r.measured),
             engineering: r.engineering.map(Engineering::from),
             rotations: r.rotations,
-            method: "static",
+            method: Method::Static,
             strain: 0.0,
-            certificate: r.certificate,
-            mechanism: r.mechanism.clone(),
+            certificate: Checks::Static(r.certificate),
+            mechanism: Some(r.mechanism.clone()),
             solver: r.solver,
         })
     }
-}
 
+    /// Describe a dynamic element test.
+    ///
+    /// # Errors
+    /// As [`LatticeReport::new`], or constants that make no stiffness.
+    pub fn of_dynamic(material: &Material, study: &LatticeStudy, r: &DynamicTestResult) -> Result<Self> {
+        let measured = r.measured.ok_or_else(|| {
+            Error::input(
+                "the measured constants make no stiffness",
+                "test at a smaller strain or a larger contact radius",
+            )
+        })?;
+        let e = r.engineering;
+        let couples = [(e.nu12 / e.e1, e.nu21 / e.e2), (e.nu13 / e.e1, e.nu31 / e.e3), (e.nu23 / e.e2, e.nu32 / e.e3)];
+        let asymmetry = couples.iter().map(|(a, b)| 2.0 * (a - b).abs() / (a.abs() + b.abs())).fold(0.0, f64::max);
+        Ok(ElementTestReport {
+            lattice: LatticeReport::new(material, study)?,
+            measured: measured.voigt_rows(),
+            relative_error: study.fit.prescribed.relative_error(&measured),
+            engineering: Some(Engineering::from(e)),
+            rotations: r.rotations,
+            method: Method::Dynamic,
+            strain: r.strain,
+            certificate: Checks::Dynamic { force_balance: r.unbalanced, lateral_stress: r.lateral, asymmetry },
+            mechanism: None,
+            solver: SolverReport { iterations: r.steps.iter().sum(), residual: r.unbalanced, converged: r.converged },
+        })
+    }
+}

@@ -1,0 +1,206 @@
+//! `anisobond lattice` and `anisobond element-test`.
+
+use std::path::Path;
+
+use anisobond::experiment::element_test::{DynamicTest, ElementTest, Rotations};
+use anisobond::experiment::{LatticeStudy, anisotropy_axis};
+use anisobond::io::lattice_report::Checks;
+use anisobond::io::report::Voigt;
+use anisobond::io::{self, ElementTestReport, LatticeReport, picture, write_atomically};
+use anisobond::tensor::{Material, Stiffness};
+use anisobond::{Error, Result};
+use nalgebra::{Matrix6, Vector3};
+use serde::Serialize;
+
+use crate::{Ending, args, text};
+
+pub fn run(args: &args::Lattice) -> Result<Ending> {
+    let (material, study) = study(&args.lattice)?;
+    let report = LatticeReport::new(&material, &study)?;
+    if let Some(folder) = &args.output {
+        let stiffness = &study.stiffness;
+        let scalar = picture::Scalar { name: "normal stiffness k_n".into(), unit: "N/m".into() };
+        let scene =
+            |what| picture::lattice_scene(&study.lattice, &stiffness.normal, scalar.clone(), &material.name, what);
+        let spheres = scene(picture::LatticeView::Spheres)?;
+        let bonds = scene(picture::LatticeView::Bonds)?;
+        write_folder(
+            folder,
+            &[
+                ("lattice.json", json_text(&report, folder)?.into_bytes()),
+                ("bonds.csv", io::lattice_bonds_csv(&study.lattice, stiffness, &material.name).into_bytes()),
+                ("lattice.vtp", io::lattice_vtp(&study.lattice, stiffness)?.into_bytes()),
+                ("spheres.svg", spheres.svg().into_bytes()),
+                ("spheres.png", spheres.png(PICTURE_WIDTH)?),
+                ("bonds.svg", bonds.svg().into_bytes()),
+                ("bonds.png", bonds.png(PICTURE_WIDTH)?),
+            ],
+        )?;
+    }
+    if args.json {
+        text::print_json(&report)?;
+    } else {
+        let columns =
+            [("prescribed", &report.prescribed), ("lattice", &report.lattice), ("best fit", &report.best_fit)];
+        text::print(&(describe(&report) + &components(&columns)))?;
+    }
+    Ok(Ending::Done)
+}
+
+pub fn test(args: &args::ElementTest) -> Result<Ending> {
+    let (material, study) = study(&args.lattice)?;
+    let rotations = if args.rotations == args::RotationsName::Free { Rotations::Free } else { Rotations::Blocked };
+    let report = match args.method {
+        args::MethodName::Static => {
+            let result = ElementTest { rotations, ..ElementTest::default() }.run(&study.network())?;
+            ElementTestReport::of_static(&material, &study, &result)?
+        }
+        args::MethodName::Dynamic => {
+            let test = DynamicTest { rotations, strain: args.strain, ..DynamicTest::default() };
+            ElementTestReport::of_dynamic(&material, &study, &test.run(&study.network())?)?
+        }
+    };
+    if let Some(folder) = &args.output {
+        let measured = stiffness_of(&report.measured)?;
+        let tensors = [("prescribed", &study.fit.prescribed), ("measured", &measured)];
+        let title = format!("Young's modulus of {}", material.name);
+        let subtitle = format!("contact radius {}", text::number(report.lattice.contact_radius));
+        let polar = picture::directional_picture(&title, &subtitle, &tensors)?;
+        write_folder(
+            folder,
+            &[
+                ("element-test.json", json_text(&report, folder)?.into_bytes()),
+                ("directional.svg", polar.svg().into_bytes()),
+                ("directional.png", polar.png(PICTURE_WIDTH)?),
+                ("directional.csv", picture::directional_csv(&tensors)?.into_bytes()),
+            ],
+        )?;
+    }
+    if args.json {
+        text::print_json(&report)?;
+    } else {
+        text::print(&describe_test(&report))?;
+    }
+    if !report.solver.converged {
+        eprintln!(
+            "anisobond: the solver did not converge (residual {:.1e}); the values are not final",
+            report.solver.residual
+        );
+    }
+    Ok(Ending::Done)
+}
+
+/// Width of PNG pictures (pixels).
+const PICTURE_WIDTH: u32 = 1600;
+
+fn study(args: &args::LatticeArgs) -> Result<(Material, LatticeStudy)> {
+    let material = io::find_material(&args.material, None, None)?;
+    let packing = io::read_packing(&args.packing)?;
+    let axis = match &args.axis {
+        None => anisotropy_axis(&material.stiffness),
+        Some(given) if given.contains(':') => io::parse_orientation(given).map_err(|e| e.at("--axis"))? * Vector3::z(),
+        Some(given) => text::vector(given, "--axis")?,
+    };
+    let study = LatticeStudy::new(packing, &material.stiffness, &axis, args.contact_radius)?;
+    if study.fit.distance > 1e-6 {
+        eprintln!(
+            "note: {} is {} % away from transverse isotropy about the axis; its closest such tensor is used",
+            material.name,
+            text::number(100.0 * study.fit.distance)
+        );
+    }
+    Ok((material, study))
+}
+
+fn stiffness_of(rows: &Voigt) -> Result<Stiffness> {
+    Stiffness::from_voigt(&Matrix6::from_fn(|a, b| rows[a][b]))
+}
+
+fn json_text(report: &impl Serialize, folder: &Path) -> Result<String> {
+    Ok(serde_json::to_string_pretty(report).map_err(|e| Error::file("write", folder, e.into()))? + "\n")
+}
+
+/// Write files whose contents are ready.
+fn write_folder(folder: &Path, files: &[(&str, Vec<u8>)]) -> Result<()> {
+    std::fs::create_dir_all(folder).map_err(|e| Error::file("create", folder, e))?;
+    for (name, bytes) in files {
+        write_atomically(folder.join(name), bytes)?;
+    }
+    let names: Vec<&str> = files.iter().map(|f| f.0).collect();
+    eprintln!("wrote {} in {}", names.join(", "), folder.display());
+    Ok(())
+}
+
+fn describe(r: &LatticeReport) -> String {
+    let (unit, name) = text::stress_unit(text::largest(&r.prescribed));
+    let stress = |x: f64| format!("{} {name}", text::number(x / unit));
+    let e = &r.lattice_moduli;
+    let mut out = format!(
+        "{} on {} spheres, contact radius {}\n{} contacts, {} per sphere; axis {}\n\n",
+        r.material,
+        r.packing.number,
+        text::number(r.contact_radius),
+        r.contacts,
+        text::number(r.coordination),
+        text::direction(&r.axis)
+    );
+    out += &format!("μ                 {}\n", text::number(r.mu));
+    out += &format!("lattice moduli    E_N^a′ {}  E_N^b′ {}  ", stress(e.en_a), stress(e.en_b));
+    out += &format!("E_T^a′ {}  E_T^b′ {}\n", stress(e.et_a), stress(e.et_b));
+    if (r.c44.given - r.c44.dependent).abs() > 1e-9 * r.c44.given.abs() {
+        out += &format!(
+            "C44               {} prescribed for the material's {} (four constants are free)\n",
+            stress(r.c44.dependent),
+            stress(r.c44.given)
+        );
+    }
+    out
+}
+
+/// The components that differ for a transversely isotropic tensor, side by side.
+fn components(columns: &[(&str, &Voigt)]) -> String {
+    let (unit, name) = text::stress_unit(columns.iter().map(|c| text::largest(c.1)).fold(0.0, f64::max));
+    let mut out = format!("\n  {:8}", format!("({name})"));
+    columns.iter().for_each(|(title, _)| out += &format!("{title:>12}"));
+    out += "\n";
+    for (a, b) in [(1, 1), (2, 2), (3, 3), (1, 2), (1, 3), (2, 3), (4, 4), (5, 5), (6, 6)] {
+        out += &format!("  C{a}{b}     ");
+        columns.iter().for_each(|(_, c)| out += &format!("{:>12.4}", c[a - 1][b - 1] / unit));
+        out += "\n";
+    }
+    out
+}
+
+fn describe_test(r: &ElementTestReport) -> String {
+    let (unit, name) = text::stress_unit(text::largest(&r.lattice.prescribed));
+    let mut out = describe(&r.lattice);
+    out += &components(&[
+        ("prescribed", &r.lattice.prescribed),
+        ("lattice", &r.lattice.lattice),
+        ("measured", &r.measured),
+        ("best fit", &r.lattice.best_fit),
+    ]);
+    out += &format!("\nmeasured is {} % away from prescribed\n", text::number(100.0 * r.relative_error));
+    if let Some(e) = &r.engineering {
+        let row = |values: [f64; 3]| values.map(|x| format!("{x:>10.4}")).concat();
+        out += &format!("  E_x E_y E_z    ({name}) {}\n", row([e.ex, e.ey, e.ez].map(|x| x / unit)));
+        out += &format!("  G_yz G_zx G_xy ({name}) {}\n", row([e.gyz, e.gzx, e.gxy].map(|x| x / unit)));
+        out += &format!("  ν_xy ν_xz ν_yz       {}\n", row([e.nu_xy, e.nu_xz, e.nu_yz]));
+        out += &format!("  ν_yx ν_zx ν_zy       {}\n", row([e.nu_yx, e.nu_zx, e.nu_zy]));
+    }
+    out += &match r.certificate {
+        Checks::Static(c) => format!(
+            "static, rotations {}; force balance {:.1e}, asymmetry {:.1e}, energy against stress {:.1e}\n",
+            if r.rotations == Rotations::Free { "free" } else { "blocked" },
+            c.force_balance,
+            c.asymmetry,
+            c.energy_consistency
+        ),
+        Checks::Dynamic { force_balance, lateral_stress, asymmetry } => format!(
+            "dynamic to {} % logarithmic strain; unbalanced {force_balance:.1e}, lateral stress {lateral_stress:.1e}, symmetric couples differ by {asymmetry:.1e}\n",
+            text::number(100.0 * r.strain)
+        ),
+    };
+    out += &format!("{} iterations, residual {:.1e}\n", r.solver.iterations, r.solver.residual);
+    out
+}

@@ -1,0 +1,137 @@
+//! `anisobond pack`.
+
+use std::path::Path;
+
+use anisobond::io::{parse_length, read_packing, write_packing};
+use anisobond::lattice::generate::{Crystal, Extent, Outcome, Radii, RandomPacking, Share, Target, crystal, random};
+use anisobond::lattice::{Packing, PackingStatistics};
+use anisobond::{Error, Result};
+use serde_json::json;
+
+use crate::{Ending, args, text};
+
+/// Porosity of a random packing unless one is asked for: loose enough to be reached at once.
+const USUAL_POROSITY: f64 = 0.45;
+
+pub fn run(args: &args::Pack) -> Result<Ending> {
+    let (packing, report) = packing(args)?;
+    let statistics = packing.statistics(args.contact_radius)?;
+    if let Some(path) = &args.output {
+        write_packing(path, &packing)?;
+        eprintln!("wrote {}", path.display());
+    }
+    if args.json {
+        let generation = report.as_ref().map(
+            |r| json!({"outcome": r.outcome, "message": r.message, "trials": r.trials, "iterations": r.iterations}),
+        );
+        text::print_json(&json!({ "statistics": statistics, "generation": generation }))?;
+    } else {
+        text::print(&describe(&statistics))?;
+    }
+    match report {
+        Some(r) if r.outcome != Outcome::Reached => {
+            eprintln!("anisobond: {}", r.message);
+            Ok(Ending::NotExact)
+        }
+        _ => Ok(Ending::Done),
+    }
+}
+
+type Made = (Packing, Option<anisobond::lattice::generate::GenerationReport>);
+
+/// The packing that the flags ask for, and how it came about if it is random.
+fn packing(args: &args::Pack) -> Result<Made> {
+    if let Some(path) = &args.packing {
+        return Ok((read_packing(path)?, None));
+    }
+    let (radius, _) = text::length(&args.radius, "--radius")?;
+    if let Some(kind) = args.crystal {
+        let kind = match kind {
+            args::CrystalName::Sc => Crystal::Sc,
+            args::CrystalName::Bcc => Crystal::Bcc,
+            args::CrystalName::Fcc => Crystal::Fcc,
+            args::CrystalName::Hcp => Crystal::Hcp,
+        };
+        let cells: Vec<usize> = args.cells.split(',').filter_map(|n| n.trim().parse().ok()).collect();
+        let Ok(cells) = <[usize; 3]>::try_from(cells) else {
+            return Err(Error::input(format!("--cells {}", args.cells), "give three whole numbers as 4,4,4"));
+        };
+        return Ok((crystal(kind, radius, cells, args.perturb, args.seed)?, None));
+    }
+    let extent = match (&args.number, &args.cell) {
+        (Some(number), _) => Extent::Number(*number),
+        (None, Some(cell)) => Extent::Cell(edges(cell)?),
+        (None, None) => {
+            return Err(Error::input(
+                "nothing to pack",
+                "give --number N or --cell A,B,C for a random packing, --crystal fcc, or a file to read",
+            ));
+        }
+    };
+    let target = match args.coordination {
+        Some(coordination) => Target::Coordination(coordination),
+        None => Target::Porosity(args.porosity.unwrap_or(USUAL_POROSITY)),
+    };
+    let radii = radii(args, radius)?;
+    let generated =
+        random(&RandomPacking { extent, radii, target, contact_radius: args.contact_radius, seed: args.seed })?;
+    Ok((generated.packing, Some(generated.report)))
+}
+
+fn edges(cell: &str) -> Result<[f64; 3]> {
+    let lengths: Vec<f64> = cell
+        .split(',')
+        .map(|edge| edge.trim().parse().or_else(|_| parse_length(edge)))
+        .collect::<Result<_>>()
+        .map_err(|e| e.at("--cell"))?;
+    <[f64; 3]>::try_from(lengths).map_err(|_| {
+        Error::input(format!("--cell {cell}"), "give three lengths as '0.1,0.1,0.1' or '10 cm,10 cm,10 cm'")
+    })
+}
+
+fn radii(args: &args::Pack, radius: f64) -> Result<Radii> {
+    if let Some(path) = &args.radii {
+        return Ok(Radii::Table { rows: fractions(path)?, share: Share::Number });
+    }
+    Ok(match (args.fuzz, args.deviation) {
+        (Some(fuzz), _) => Radii::Fuzzy { mean: radius, fuzz },
+        (None, Some(deviation)) => {
+            Radii::LogNormal { median: radius, deviation, least: radius / 3.0, most: 3.0 * radius }
+        }
+        (None, None) => Radii::Uniform { radius },
+    })
+}
+
+/// Rows (radius, fraction) of a CSV file, in the form of an influence table.
+fn fractions(path: &Path) -> Result<Vec<(f64, f64)>> {
+    anisobond::io::read_pairs(path, "radius and fraction, as 0.001, 0.5")
+}
+
+fn describe(s: &PackingStatistics) -> String {
+    let mut out = format!("{} spheres, radius {}", s.number, text::number(s.radius.mean));
+    if s.radius.most > s.radius.least {
+        out += &format!(" ({} … {})", text::number(s.radius.least), text::number(s.radius.most));
+    }
+    out += " m\n";
+    if let Some([x, y, z]) = s.cell {
+        out += &format!("cell              {} × {} × {} m\n", text::number(x), text::number(y), text::number(z));
+    }
+    if let Some(porosity) = s.porosity {
+        out += &format!("porosity          {}\n", text::number(porosity));
+    }
+    out += &format!("largest overlap   {} of the touching distance\n", text::number(s.largest_overlap));
+    out += &format!(
+        "contacts at {}     {}, coordination {} ({} … {}), {} spheres with fewer than four\n",
+        text::number(s.contact_radius),
+        s.contacts,
+        text::number(s.coordination.mean),
+        s.coordination.least,
+        s.coordination.most,
+        s.floaters
+    );
+    out += &format!("fabric            deviation from isotropy {}\n", text::number(s.fabric_deviation));
+    for row in &s.fabric {
+        out += &format!("  {}\n", row.iter().map(|x| format!("{x:>9.5}")).collect::<String>());
+    }
+    out
+}
