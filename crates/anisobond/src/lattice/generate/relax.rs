@@ -327,7 +327,7 @@ mod tests {
             for (i, axis) in [(0, 0), (1, 1), (3, 2)] {
                 let h = 1e-6;
                 let at = |x: f64| {
-                    let moved = sites.clone();
+                    let mut moved = sites.clone();
                     moved[i].centre[axis] += x;
                     energy(&edges, &moved, &near).0
                 };
