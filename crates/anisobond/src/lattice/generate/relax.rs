@@ -13,8 +13,9 @@ pub(super) const GAP: f64 = 1e-3;
 /// Overlap of the enlarged spheres, relative to the sum of their radii, that leaves the spheres themselves apart.
 const ALLOWED: f64 = 0.99 * GAP / (1.0 + GAP);
 
-/// Pairs are listed up to this multiple of the sum of their radii, and listed anew once a sphere has used up its share.
-const LISTED: f64 = 1.25;
+/// Spheres are larger by this share of their radius (or of the mean radius, if that is larger) while pairs are listed;
+/// they are listed anew once a sphere has moved so far.
+const MARGIN: f64 = 0.25;
 
 /// The time step and its growth (Bitzek et al., Phys. Rev. Lett. 97, 170201, 2006), in units of √(mass / stiffness).
 mod fire {
@@ -104,12 +105,13 @@ pub(super) fn remove_overlaps(
         centres.into_iter().zip(radii).map(|(centre, r)| Site { centre, radius: (1.0 + GAP) * r }).collect();
     let mut velocity = vec![Vector3::zeros(); sites.len()];
     let mut force = velocity.clone();
-    let mut near = Near::list(edges, &mut sites)?;
+    let margins: Vec<f64> = radii.iter().map(|r| MARGIN * r.max(mean_radius)).collect();
+    let mut near = Near::list(edges, &mut sites, &margins)?;
     let mut fire = Fire::new();
     let mut patience = Patience::new();
     loop {
-        if near.is_outdated(&sites) {
-            near = Near::list(edges, &mut sites)?;
+        if near.is_outdated(&sites, &margins) {
+            near = Near::list(edges, &mut sites, &margins)?;
         }
         let sums = forces(edges, &sites, &near, &velocity, &mut force);
         let free = sums.largest <= ALLOWED;
@@ -186,11 +188,11 @@ impl Fire {
 
 impl Near {
     /// Wraps the spheres into the cell and lists the pairs within reach.
-    fn list(edges: &Vector3<f64>, sites: &mut [Site]) -> Result<Near> {
+    fn list(edges: &Vector3<f64>, sites: &mut [Site], margins: &[f64]) -> Result<Near> {
         let centres = sites.iter().map(|site| site.centre).collect();
-        let radii = sites.iter().map(|site| site.radius).collect();
+        let radii = sites.iter().zip(margins).map(|(site, margin)| site.radius + margin).collect();
         let packing = Packing::new(Some(*edges), centres, radii)?;
-        let contacts = search(&packing, LISTED);
+        let contacts = search(&packing, 1.0);
         let mut start = vec![0u32; sites.len() + 1];
         for c in &contacts {
             start[c.a as usize + 1] += 1;
@@ -217,12 +219,9 @@ impl Near {
     }
 
     /// Whether a pair that is not listed may overlap: a sphere has moved by more than its share of the margin.
-    fn is_outdated(&self, sites: &[Site]) -> bool {
-        sites
-            .par_iter()
-            .zip(&self.listed_at)
-            .with_min_len(4 * CHUNK)
-            .any(|(site, old)| (site.centre - old).norm_squared() > ((LISTED - 1.0) * site.radius).powi(2))
+    fn is_outdated(&self, sites: &[Site], margins: &[f64]) -> bool {
+        let moved = sites.par_iter().zip(&self.listed_at).zip(margins).with_min_len(4 * CHUNK);
+        moved.any(|((site, old), margin)| (site.centre - old).norm_squared() > margin * margin)
     }
 
     fn of(&self, sphere: usize) -> &[Partner] {
@@ -323,7 +322,7 @@ mod tests {
                     radius: 0.6 + 0.3 * stream.unit(),
                 })
                 .collect();
-            let near = Near::list(&edges, &mut sites).unwrap();
+            let near = Near::list(&edges, &mut sites, &vec![0.2; number]).unwrap();
             let (_, force) = energy(&edges, &sites, &near);
             for (i, axis) in [(0, 0), (1, 1), (3, 2)] {
                 let h = 1e-6;
