@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use anisobond::io::sweep::{
     Job, JobLog, Options, ParameterTable, Shard, SlurmScript, State, Store, Summary, Value, merge, run_sweep,
-    slurm_script,
+    slurm_script, sweep_chart,
 };
 use anisobond::{Error, Result};
 use proptest::prelude::*;
@@ -293,6 +293,11 @@ fn a_sweep_runs_logs_and_exports_in_the_tables_order() {
     assert!(lines[12].ends_with("done,4.0,z,MPa,16.0,z,"), "{}", lines[12]);
     assert_eq!(store.points("a", "square").unwrap()[11], [4.0, 16.0]);
     assert!(store.points("a", "sqare").unwrap_err().to_string().contains("did you mean square?"));
+    let chart = sweep_chart(&store, "squares", "a", &["square"], Some("b")).unwrap();
+    assert_eq!(chart.csv().unwrap().lines().next(), Some("a,square: b = x,square: b = y,square: b = z"));
+    assert_eq!(chart.csv().unwrap().lines().nth(2), Some("2,4,4,4"));
+    assert!(sweep_chart(&store, "", "a", &["square"], Some("c")).unwrap_err().to_string().contains("\"c\""));
+    assert!(sweep_chart(&store, "", "a", &["title"], None).unwrap_err().to_string().contains("has no point"));
     let logs: Vec<_> = std::fs::read_dir(place.options(false).logs).unwrap().map(|e| e.unwrap().path()).collect();
     assert_eq!(logs.len(), 12);
     let log = logs
