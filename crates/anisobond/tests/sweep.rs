@@ -194,6 +194,7 @@ fn wrong_spreadsheets_name_the_cell() {
     refused(write(&[(0, 0, "a"), (0, 1, "b"), (6, 0, "x"), (6, 1, "=")]), &["batch.xlsx", "Sheet1", "B7: = has no"]);
     refused(write(&[(0, 0, "a"), (1, 0, "x"), (1, 1, "y")]), &["row 2", "2 fields, the header 1"]);
     refused(write(&[]), &["the table is empty"]);
+    refused(write(&[(0, 0, "a"), (1_048_575, 16_383, "x")]), &["1048576 × 16384 cells"]);
     for bytes in [&b"no spreadsheet"[..], b"PK\x03\x04 torn", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1 torn", b""] {
         for name in ["bad.xlsx", "bad.xls", "bad.ods"] {
             let path = folder.path().join(name);
