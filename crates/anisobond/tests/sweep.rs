@@ -226,10 +226,18 @@ const ID_OF_A1_BX: &str = "089881cc1e1df3e8";
 proptest! {
     #[test]
     fn no_text_is_a_panic(text in "([a-z=!#\"',;\\[\\]{}. \n\t0-9-]|from|to|step|count|zip|parameters|title){0,60}") {
-        let _ = csv(&text);
-        let _ = toml(&text);
-        let _ = toml(&format!("[parameters]\na = {text}"));
-        let _ = toml(&format!("zip = {text}\n[parameters]\na = [1]"));
+        let tables = [
+            csv(&text),
+            toml(&text),
+            toml(&format!("[parameters]\na = {text}")),
+            toml(&format!("zip = {text}\n[parameters]\na = [1]")),
+        ];
+        for table in tables {
+            match table {
+                Ok(table) => prop_assert!(!table.jobs().is_empty()),
+                Err(e) => prop_assert!(e.to_string().starts_with("batch.csv") || e.to_string().starts_with("sweep.toml")),
+            }
+        }
         let _ = Shard::parse(&text);
     }
 }
