@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use anisobond::io::sweep::{
     Job, JobLog, Options, ParameterTable, Shard, SlurmScript, State, Store, Summary, Value, merge, run_sweep,
-    slurm_script,
+    slurm_script, sweep_chart,
 };
 use anisobond::{Error, Result};
 use proptest::prelude::*;
@@ -194,6 +194,7 @@ fn wrong_spreadsheets_name_the_cell() {
     refused(write(&[(0, 0, "a"), (0, 1, "b"), (6, 0, "x"), (6, 1, "=")]), &["batch.xlsx", "Sheet1", "B7: = has no"]);
     refused(write(&[(0, 0, "a"), (1, 0, "x"), (1, 1, "y")]), &["row 2", "2 fields, the header 1"]);
     refused(write(&[]), &["the table is empty"]);
+    refused(write(&[(0, 0, "a"), (1_048_575, 16_383, "x")]), &["1048576 × 16384 cells"]);
     for bytes in [&b"no spreadsheet"[..], b"PK\x03\x04 torn", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1 torn", b""] {
         for name in ["bad.xlsx", "bad.xls", "bad.ods"] {
             let path = folder.path().join(name);
@@ -225,10 +226,18 @@ const ID_OF_A1_BX: &str = "089881cc1e1df3e8";
 proptest! {
     #[test]
     fn no_text_is_a_panic(text in "([a-z=!#\"',;\\[\\]{}. \n\t0-9-]|from|to|step|count|zip|parameters|title){0,60}") {
-        let _ = csv(&text);
-        let _ = toml(&text);
-        let _ = toml(&format!("[parameters]\na = {text}"));
-        let _ = toml(&format!("zip = {text}\n[parameters]\na = [1]"));
+        let tables = [
+            csv(&text),
+            toml(&text),
+            toml(&format!("[parameters]\na = {text}")),
+            toml(&format!("zip = {text}\n[parameters]\na = [1]")),
+        ];
+        for table in tables {
+            match table {
+                Ok(table) => prop_assert!(!table.jobs().is_empty()),
+                Err(e) => prop_assert!(e.to_string().starts_with("batch.csv") || e.to_string().starts_with("sweep.toml")),
+            }
+        }
         let _ = Shard::parse(&text);
     }
 }
@@ -293,6 +302,11 @@ fn a_sweep_runs_logs_and_exports_in_the_tables_order() {
     assert!(lines[12].ends_with("done,4.0,z,MPa,16.0,z,"), "{}", lines[12]);
     assert_eq!(store.points("a", "square").unwrap()[11], [4.0, 16.0]);
     assert!(store.points("a", "sqare").unwrap_err().to_string().contains("did you mean square?"));
+    let chart = sweep_chart(&store, "squares", "a", &["square"], Some("b")).unwrap();
+    assert_eq!(chart.csv().unwrap().lines().next(), Some("a,square: b = x,square: b = y,square: b = z"));
+    assert_eq!(chart.csv().unwrap().lines().nth(2), Some("2,4,4,4"));
+    assert!(sweep_chart(&store, "", "a", &["square"], Some("c")).unwrap_err().to_string().contains("\"c\""));
+    assert!(sweep_chart(&store, "", "a", &["title"], None).unwrap_err().to_string().contains("has no point"));
     let logs: Vec<_> = std::fs::read_dir(place.options(false).logs).unwrap().map(|e| e.unwrap().path()).collect();
     assert_eq!(logs.len(), 12);
     let log = logs

@@ -3,6 +3,7 @@
 //! [`ParameterTable`] (what to compute) → [`run_sweep`] (over the cores) → [`Store`] (one SQLite file, every finished
 //! job committed at once) → CSV. A sweep that is too large for one machine is split by [`Shard`] and merged again.
 
+mod chart;
 mod combinations;
 mod job;
 mod log;
@@ -13,6 +14,7 @@ mod slurm;
 mod store;
 mod table;
 
+pub use chart::sweep_chart;
 pub use job::{Job, Value};
 pub use log::JobLog;
 pub use merge::merge;

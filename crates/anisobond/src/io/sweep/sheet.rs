@@ -1,9 +1,10 @@
 //! Tables with a row per job: CSV text and spreadsheets, as Woo's batch tables.
 
+use std::io::{Read, Seek};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
-use calamine::{Data, Range, Reader, open_workbook_auto};
+use calamine::{Data, DataRef, Range, Reader, Sheets, Xlsx, open_workbook_auto};
 
 use super::super::table::{delimiter, first_line};
 use super::super::tree::Lines;
@@ -12,8 +13,8 @@ use super::job::{Job, Value};
 use super::table::{MOST_JOBS, Name};
 use crate::{Error, Result};
 
-/// Largest spreadsheet that is read (cells of the box around all that are used).
-const MOST_CELLS: usize = 50_000_000;
+/// Largest spreadsheet that is read (cells of the box that holds all that are used).
+const MOST_CELLS: u64 = 50_000_000;
 
 /// A row that is not empty; the cells without comments and spaces, `None` where empty.
 pub(super) struct Row {
@@ -99,16 +100,34 @@ fn first_sheet(path: &Path) -> std::result::Result<(String, Range<Data>), String
     let names = workbook.sheet_names();
     let mut first = None;
     for name in names {
-        let range = workbook.worksheet_range(&name).map_err(|e| e.to_string())?;
-        if range.width().saturating_mul(range.height()) > MOST_CELLS {
-            return Err(format!("sheet {} is {} × {} cells", quoted(&name), range.height(), range.width()));
+        if let Sheets::Xlsx(workbook) = &mut workbook {
+            refuse_large(workbook, &name)?;
         }
+        let range = workbook.worksheet_range(&name).map_err(|e| e.to_string())?;
         if !range.is_empty() {
             return Ok((name, range));
         }
         first.get_or_insert((name, range));
     }
     first.ok_or_else(|| "it has no sheet".into())
+}
+
+/// Refuses a sheet whose used cells are far apart: its reader makes room for all between them. (The other formats
+/// allow no sheets that large.)
+fn refuse_large<R: Read + Seek>(workbook: &mut Xlsx<R>, name: &str) -> std::result::Result<(), String> {
+    let mut cells = workbook.worksheet_cells_reader(name).map_err(|e| e.to_string())?;
+    let (mut rows, mut columns) = (0_u64, 0_u64);
+    while let Some(cell) = cells.next_cell().map_err(|e| e.to_string())? {
+        if *cell.get_value() != DataRef::Empty {
+            let (row, column) = cell.get_position();
+            rows = rows.max(u64::from(row) + 1);
+            columns = columns.max(u64::from(column) + 1);
+        }
+    }
+    if rows.saturating_mul(columns) > MOST_CELLS {
+        return Err(format!("sheet {} is {rows} × {columns} cells", quoted(name)));
+    }
+    Ok(())
 }
 
 fn rows_of(range: &Range<Data>) -> Result<Vec<Row>> {

@@ -451,18 +451,20 @@ impl Store {
     /// # Errors
     /// A column that is not there, with the nearest name.
     pub fn points(&self, x: &str, y: &str) -> Result<Vec<[f64; 2]>> {
+        Ok(self.grouped_points(x, y, None)?.into_iter().map(|(_, point)| point).collect())
+    }
+
+    /// The same, each with its value of a third column.
+    pub(super) fn grouped_points(&self, x: &str, y: &str, by: Option<&str>) -> Result<Vec<(String, [f64; 2])>> {
         let (header, rows) = self.flat()?;
         let names: Vec<&str> = header.iter().map(String::as_str).collect();
-        for name in [x, y] {
-            if !names.contains(&name) {
-                return Err(Error::input(format!("there is no column {}", quoted(name)), suggestion(name, &names)));
-            }
+        if let Some(name) = [x, y].into_iter().chain(by).find(|name| !names.contains(name)) {
+            return Err(Error::input(format!("there is no column {}", quoted(name)), suggestion(name, &names)));
         }
-        let number = |row: &[(String, String)], name: &str| {
-            let (_, text) = row.iter().find(|(own, _)| own == name)?;
-            text.parse::<f64>().ok().filter(|x| x.is_finite())
-        };
-        Ok(rows.iter().filter_map(|row| Some([number(row, x)?, number(row, y)?])).collect())
+        let text = |row: &FlatRow, name: &str| row.iter().find(|(own, _)| own == name).map(|(_, text)| text.clone());
+        let number = |row: &FlatRow, name: &str| text(row, name)?.parse::<f64>().ok().filter(|x| x.is_finite());
+        let group = |row: &FlatRow| by.and_then(|by| text(row, by)).unwrap_or_default();
+        Ok(rows.iter().filter_map(|row| Some((group(row), [number(row, x)?, number(row, y)?]))).collect())
     }
 
     /// The header of the CSV table and its rows.
@@ -554,6 +556,10 @@ pub(super) fn failure(path: &Path, error: rusqlite::Error) -> Error {
         }
         Some(ErrorCode::DatabaseCorrupt) => {
             Error::input(format!("the store is damaged: {error}"), DAMAGED).at(path.display())
+        }
+        Some(ErrorCode::DiskFull) => {
+            let message = "the disk is full; make room and run the same command again, what is finished is kept";
+            Error::file("write", path, std::io::Error::new(std::io::ErrorKind::StorageFull, message))
         }
         _ => Error::file("use", path, std::io::Error::other(error)),
     }

@@ -46,7 +46,7 @@ impl ParameterTable {
         let path = path.as_ref();
         let file = path.display().to_string();
         match extension(&file).as_str() {
-            "xls" | "xlsx" | "xlsm" | "xlsb" | "ods" => {
+            "xls" | "xlsx" | "xlsm" | "ods" => {
                 let (sheet, rows) = workbook_cells(path)?;
                 let (jobs, names) = jobs_of_cells(&rows).map_err(|e| e.at(format!("{file}, sheet {sheet}")))?;
                 Self::of(jobs, names, file)
