@@ -6,7 +6,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use anisobond::calibration::{EllipticFit, LatticeStiffness, TransverseConstants};
-use anisobond::experiment::element_test::ElementTest;
+use anisobond::experiment::element_test::{DynamicTest, ElementTest};
 use anisobond::lattice::{Lattice, Packing};
 use anisobond::operator::{BondList, Network};
 use anisobond::solver::BlockJacobi;
@@ -94,6 +94,20 @@ fn main() {
             1e3 * shared,
             result.solver.iterations,
             1e9 * per_bond
+        );
+    }
+    println!("dynamic tests to -1 %, six together");
+    for contact_radius in [1.2, 1.8] {
+        let lattice = Lattice::new(packing.clone(), contact_radius).expect("a valid lattice");
+        let k = LatticeStiffness::new(&lattice, &fit.microplane).expect("positive moduli");
+        let network = Network::new(&lattice, &k);
+        let (seconds, r) = best(1, || DynamicTest::default().run(&network).expect("a sound lattice"));
+        println!(
+            "{contact_radius:5} {:9} | {:.0} ms, steps {:?}, converged {}",
+            network.bonds.len(),
+            1e3 * seconds,
+            r.steps,
+            r.converged
         );
     }
 }

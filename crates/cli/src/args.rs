@@ -221,7 +221,7 @@ pub struct LatticeArgs {
     /// Contact radius I_R: bonds where |x₁ − x₂| ≤ I_R (r₁ + r₂)
     #[arg(long, default_value_t = 1.8, allow_negative_numbers = true)]
     pub contact_radius: f64,
-    /// Anisotropy axis x,y,z, or strike-dip:α,β in degrees [default: the material's own]
+    /// Turn the material until its anisotropy axis lies along x,y,z, or strike-dip:α,β in degrees
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub axis: Option<String>,
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anisobond::experiment::element_test::{DynamicTest, ElementTest, Rotations};
-use anisobond::experiment::{LatticeStudy, anisotropy_axis};
+use anisobond::experiment::{LatticeStudy, anisotropy_axis, turned_to_axis};
 use anisobond::io::lattice_report::Checks;
 use anisobond::io::report::Voigt;
 use anisobond::io::{self, ElementTestReport, LatticeReport, picture, write_atomically};
@@ -94,13 +94,16 @@ pub fn test(args: &args::ElementTest) -> Result<Ending> {
 const PICTURE_WIDTH: u32 = 1600;
 
 fn study(args: &args::LatticeArgs) -> Result<(Material, LatticeStudy)> {
-    let material = io::find_material(&args.material, None, None)?;
+    let mut material = io::find_material(&args.material, None, None)?;
     let packing = io::read_packing(&args.packing)?;
-    let axis = match &args.axis {
-        None => anisotropy_axis(&material.stiffness),
-        Some(given) if given.contains(':') => io::parse_orientation(given).map_err(|e| e.at("--axis"))? * Vector3::z(),
-        Some(given) => text::vector(given, "--axis")?,
-    };
+    if let Some(given) = &args.axis {
+        let axis = match given.contains(':') {
+            true => io::parse_orientation(given).map_err(|e| e.at("--axis"))? * Vector3::z(),
+            false => text::vector(given, "--axis")?,
+        };
+        material.stiffness = turned_to_axis(&material.stiffness, &axis)?;
+    }
+    let axis = anisotropy_axis(&material.stiffness);
     let study = LatticeStudy::new(packing, &material.stiffness, &axis, args.contact_radius)?;
     if study.fit.distance > 1e-6 {
         eprintln!(

@@ -306,7 +306,7 @@ impl EllipticFit {
 /// An axis of length zero or with a number that is not finite.
 pub fn unit_axis(axis: &Vector3<f64>) -> Result<Vector3<f64>> {
     let largest = axis.amax();
-    if !(largest.is_finite() && largest > 0.0) || !axis.iter().all(|x| x.is_finite()) {
+    if !(axis.iter().all(|x| x.is_finite()) && largest > 0.0) {
         return Err(Error::input(
             format!("the axis ({}, {}, {}) has no direction", axis.x, axis.y, axis.z),
             "give three finite numbers, not all zero",

@@ -1,9 +1,9 @@
 //! A packing, a material and a contact radius: the lattice they make, and its stiffness prescribed, summed and measured.
 
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
 
 use crate::Result;
-use crate::calibration::{EllipticFit, EllipticModuli, LatticeStiffness, best_fit_stiffness};
+use crate::calibration::{EllipticFit, EllipticModuli, LatticeStiffness, best_fit_stiffness, unit_axis};
 use crate::lattice::{Lattice, Packing};
 use crate::operator::Network;
 use crate::tensor::{SYMMETRY_TOLERANCE, Stiffness, SymmetryClass};
@@ -54,6 +54,21 @@ impl LatticeStudy {
     pub fn network(&self) -> Network {
         Network::new(&self.lattice, &self.stiffness)
     }
+}
+
+/// The tensor turned by the smallest rotation that takes its own anisotropy axis to a given one (any length but zero).
+///
+/// # Errors
+/// An axis without direction.
+pub fn turned_to_axis(c: &Stiffness, axis: &Vector3<f64>) -> Result<Stiffness> {
+    let axis = unit_axis(axis)?;
+    let own = anisotropy_axis(c);
+    // An axis has no sign.
+    let own = if own.dot(&axis) < 0.0 { -own } else { own };
+    Ok(match Rotation3::rotation_between(&own, &axis) {
+        Some(q) => c.rotated(q.matrix()),
+        None => *c,
+    })
 }
 
 /// The axis of a material: that of its closest transversely isotropic tensor; e₃ for an isotropic one.

@@ -7,5 +7,5 @@ pub mod prakash;
 pub mod smilauer;
 mod verification;
 
-pub use lattice_study::{LatticeStudy, anisotropy_axis};
+pub use lattice_study::{LatticeStudy, anisotropy_axis, turned_to_axis};
 pub use verification::{Finding, Verdict};

@@ -12,7 +12,7 @@ use super::sweep::{Job, JobLog, ParameterTable, Store, Value};
 use super::{find_material, parse_angle, parse_stress, read_packing};
 use crate::calibration::{TransverseConstants, axis_of_strike_and_dip};
 use crate::experiment::element_test::{DynamicTest, ElementTest, Rotations};
-use crate::experiment::{LatticeStudy, anisotropy_axis};
+use crate::experiment::{LatticeStudy, anisotropy_axis, turned_to_axis};
 use crate::lattice::Packing;
 use crate::tensor::{Material, Stiffness};
 use crate::{Error, Result};
@@ -57,7 +57,7 @@ impl ElementSweep {
                 sweep.materials.insert(name.into(), find_material(&found, None, None).map_err(placed)?);
             }
             // Everything else of the job, before the first one is begun.
-            sweep.material(job).and_then(|m| axis(job, &m.stiffness)).map_err(placed)?;
+            sweep.material(job).map_err(placed)?;
             number(job, "contact_radius")?.ok_or_else(|| placed(missing("contact_radius")))?;
             rotations(job).map_err(placed)?;
             dynamic_strain(job).map_err(placed)?;
@@ -71,7 +71,7 @@ impl ElementSweep {
     /// A lattice that cannot be made or is a mechanism, moduli that are not admissible.
     pub fn job(&self, job: &Job, log: &mut JobLog) -> Result<Json> {
         let material = self.material(job)?;
-        let axis = axis(job, &material.stiffness)?;
+        let axis = anisotropy_axis(&material.stiffness);
         let contact_radius = number(job, "contact_radius")?.ok_or_else(|| missing("contact_radius"))?;
         let packing = self.packings.get(required_text(job, "packing")?).ok_or_else(|| missing("packing"))?;
         let study = LatticeStudy::new(packing.clone(), &material.stiffness, &axis, contact_radius)?;
@@ -92,7 +92,16 @@ impl ElementSweep {
         serde_json::to_value(&report).map_err(|e| Error::file("write", "a result as JSON", e.into()))
     }
 
+    /// The material, turned to the job's axis.
     fn material(&self, job: &Job) -> Result<Material> {
+        let mut material = self.unturned(job)?;
+        if let Some(axis) = axis(job)? {
+            material.stiffness = turned_to_axis(&material.stiffness, &axis)?;
+        }
+        Ok(material)
+    }
+
+    fn unturned(&self, job: &Job) -> Result<Material> {
         if let Some(name) = job.get("material").and_then(Value::text) {
             return self.materials.get(name).cloned().ok_or_else(|| missing("material"));
         }
@@ -204,21 +213,21 @@ fn dynamic_strain(job: &Job) -> Result<Option<f64>> {
     }
 }
 
-/// The anisotropy axis: given, or the material's own.
-fn axis(job: &Job, stiffness: &Stiffness) -> Result<Vector3<f64>> {
+/// Where the material's anisotropy axis shall lie, if the job says so.
+fn axis(job: &Job) -> Result<Option<Vector3<f64>>> {
     let angle = |name: &str| match job.get(name) {
         None => Ok(None),
         Some(Value::Number(degrees)) => Ok(Some(degrees.to_radians())),
         Some(Value::Text(text)) => parse_angle(text).map(Some).map_err(|e| e.at(name)),
     };
     match (angle("strike")?, angle("dip")?, job.get("axis")) {
-        (None, None, None) => Ok(anisotropy_axis(stiffness)),
-        (Some(strike), Some(dip), None) => axis_of_strike_and_dip(strike, dip),
+        (None, None, None) => Ok(None),
+        (Some(strike), Some(dip), None) => axis_of_strike_and_dip(strike, dip).map(Some),
         (None, None, Some(axis)) => {
             let text = axis.to_string();
             let numbers: Vec<f64> = text.split(',').filter_map(|x| x.trim().parse().ok()).collect();
             match numbers[..] {
-                [x, y, z] => Ok(Vector3::new(x, y, z)),
+                [x, y, z] => Ok(Some(Vector3::new(x, y, z))),
                 _ => Err(Error::input(format!("axis = {text}"), "give three numbers as \"0,0,1\"")),
             }
         }

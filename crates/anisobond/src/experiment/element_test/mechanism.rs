@@ -18,7 +18,7 @@ pub struct Mechanism {
     pub loose: Vec<usize>,
     /// Nodes that only spin at no cost; harmless, they are left at rest.
     pub spinning: Vec<usize>,
-    /// Equations that are missing even if every bond counts fully: unknowns − 6 … of displacement − constraints, if positive.
+    /// Unknowns (translations apart) without a bond force to hold them, even if every bond force counts; 0 says nothing.
     pub missing_constraints: usize,
 }
 
