@@ -420,3 +420,180 @@ fn the_readme_commands_run() {
     }
     assert_eq!(count, 10);
 }
+
+/// The packing of the repository's cases.
+fn packing() -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/packing-500.txt").to_str().unwrap().to_string()
+}
+
+#[test]
+fn packings_are_made_read_and_written() {
+    let dir = folder();
+    let path = |name: &str| dir.path().join(name).to_str().unwrap().to_string();
+    let r =
+        json(&["pack", "--number", "200", "--radius", "1 mm", "--porosity", "0.45", "-o", &path("a.txt"), "--json"]);
+    assert!((r["statistics"]["porosity"].as_f64().unwrap() - 0.45).abs() < 1e-9);
+    assert_eq!(r["statistics"]["largest_overlap"], 0.0);
+    assert_eq!(r["generation"]["outcome"], "Reached");
+    // The same seed gives the same bits, another seed another packing.
+    stdout(&["pack", "--number", "200", "--radius", "1 mm", "--porosity", "0.45", "-o", &path("b.txt")]);
+    stdout(&["pack", "--number", "200", "--radius", "1 mm", "--porosity", "0.45", "--seed", "2", "-o", &path("c.txt")]);
+    let bytes = |name: &str| std::fs::read(dir.path().join(name)).unwrap();
+    assert!(bytes("a.txt") == bytes("b.txt") && bytes("a.txt") != bytes("c.txt"));
+    for format in ["a.csv", "a.vtp", "a.data"] {
+        stdout(&["pack", &path("a.txt"), "-o", &path(format)]);
+        stdout(&["pack", &path(format), "-o", &path("back.txt")]);
+        assert_eq!(bytes("a.txt"), bytes("back.txt"), "{format}");
+    }
+    let fcc = json(&["pack", "--crystal", "fcc", "--cells", "2,2,2", "--contact-radius", "1.01", "--json"]);
+    assert_eq!(fcc["statistics"]["coordination"]["mean"], 12.0);
+    let jammed = anisobond(&["pack", "--number", "100", "--porosity", "0.3"]);
+    assert_eq!(jammed.status.code(), Some(3));
+}
+
+#[test]
+fn element_test_json_is_the_contract() {
+    let dir = folder();
+    let rock = write(&dir, "rock.toml", ROCK);
+    let r = json(&["element-test", &packing(), &rock, "--contact-radius", "1.8", "--json"]);
+    for key in ["contacts", "coordination", "mu", "certificate", "solver"] {
+        assert!(!r[key].is_null(), "{key}");
+    }
+    for key in ["en_a", "en_b", "et_a", "et_b"] {
+        assert!(r["lattice_moduli"][key].as_f64().unwrap() > 0.0, "{key}");
+    }
+    for key in ["prescribed", "lattice", "measured"] {
+        assert!(r[key].as_array().unwrap().iter().all(|row| row.as_array().unwrap().len() == 6), "{key}");
+    }
+    for key in ["ex", "ey", "ez", "nu_xy", "nu_xz", "nu_yx", "nu_yz", "nu_zx", "nu_zy", "gyz", "gzx", "gxy"] {
+        assert!(r["engineering"][key].as_f64().unwrap() > 0.0, "{key}");
+    }
+    assert_eq!((&r["rotations"], &r["method"], &r["strain"]), (&"free".into(), &"static".into(), &0.0.into()));
+    let c11 = |report: &Value, key: &str| report[key][0][0].as_f64().unwrap();
+    assert!(c11(&r, "measured") < c11(&r, "lattice") && c11(&r, "prescribed") == 130e6);
+    // Blocked rotations are stiffer; a small dynamic test is the static one.
+    let blocked = json(&["element-test", &packing(), &rock, "--rotations", "blocked", "--json"]);
+    assert!(c11(&blocked, "measured") > c11(&r, "measured"));
+    let dynamic = json(&["element-test", &packing(), &rock, "--method", "dynamic", "--strain", "-0.0001", "--json"]);
+    assert!(
+        (dynamic["engineering"]["ex"].as_f64().unwrap() / r["engineering"]["ex"].as_f64().unwrap() - 1.0).abs() < 2e-3
+    );
+    assert_eq!(dynamic["method"], "dynamic");
+    // Tilting the axis tilts what is prescribed.
+    let tilted = json(&["element-test", &packing(), &rock, "--axis", "1,0,0", "--json"]);
+    assert!((c11(&tilted, "prescribed") / 55e6 - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn lattices_and_tests_write_folders() {
+    let dir = folder();
+    let rock = write(&dir, "rock.toml", ROCK);
+    let out = dir.path().join("lattice");
+    let text = stdout(&["lattice", &packing(), &rock, "--contact-radius", "1.4", "-o", out.to_str().unwrap()]);
+    assert!(text.contains("best fit") && text.contains("lattice moduli"));
+    for name in ["lattice.json", "bonds.csv", "lattice.vtp", "spheres.png", "bonds.svg"] {
+        assert!(out.join(name).metadata().unwrap().len() > 1000, "{name}");
+    }
+    let csv = std::fs::read_to_string(out.join("bonds.csv")).unwrap();
+    let report: Value = serde_json::from_slice(&std::fs::read(out.join("lattice.json")).unwrap()).unwrap();
+    assert_eq!(csv.lines().filter(|l| !l.starts_with('#')).count() as u64 - 1, report["contacts"].as_u64().unwrap());
+    let tested = dir.path().join("tested");
+    stdout(&["element-test", &packing(), &rock, "-o", tested.to_str().unwrap()]);
+    assert!(tested.join("directional.svg").exists() && tested.join("element-test.json").exists());
+}
+
+#[test]
+fn sweeps_go_on_split_and_merge() {
+    let dir = folder();
+    write(&dir, "rock.toml", ROCK);
+    std::fs::copy(packing(), dir.path().join("packing.txt")).unwrap();
+    let table = write(
+        &dir,
+        "table.csv",
+        "packing,material,contact_radius\npacking.txt,rock.toml,1.3\n=,=,1.5\n=,=,0.5\n=,=,1.7\n",
+    );
+    let path = |name: &str| dir.path().join(name).to_str().unwrap().to_string();
+    let r = json(&["sweep", &table, "-o", &path("whole"), "--json"]);
+    assert_eq!((&r["jobs"], &r["done"], &r["failed"]), (&4.into(), &3.into(), &1.into()));
+    assert!(r["results"][2]["error"].as_str().unwrap().contains("no bonds"));
+    for name in ["results.sqlite", "results.csv", "stiffness.svg", "stiffness.png", "stiffness.csv"] {
+        assert!(dir.path().join("whole").join(name).exists(), "{name}");
+    }
+    assert_eq!(std::fs::read_dir(dir.path().join("whole/logs")).unwrap().count(), 4);
+    for shard in ["0/2", "1/2"] {
+        stdout(&["sweep", &table, "-o", &path("parts"), "--shard", shard]);
+    }
+    stdout(&["sweep", &table, "-o", &path("parts"), "--merge", "2"]);
+    let csv = |folder: &str| std::fs::read_to_string(dir.path().join(folder).join("results.csv")).unwrap();
+    assert_eq!(csv("whole"), csv("parts"));
+    // Nothing is computed again: the journal of attempts in the store stays as it is.
+    stdout(&["sweep", &table, "-o", &path("whole")]);
+    assert_eq!(csv("whole"), csv("parts"));
+    assert!(stdout(&["sweep", &table, "-o", &path("x"), "--slurm", "3"]).contains("#SBATCH --array=0-2"));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_sweep_keeps_what_is_finished() {
+    let dir = folder();
+    write(&dir, "rock.toml", ROCK);
+    std::fs::copy(packing(), dir.path().join("packing.txt")).unwrap();
+    let table = write(
+        &dir,
+        "table.toml",
+        "packing = \"packing.txt\"\nmaterial = \"rock.toml\"\n[parameters]\ncontact_radius = { from = 1.5, to = 2.5, count = 400 }\n",
+    );
+    let out = dir.path().join("out");
+    let child = Command::new(env!("CARGO_BIN_EXE_anisobond"))
+        .args(["sweep", &table, "-o", out.to_str().unwrap()])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    while std::fs::read_dir(out.join("logs")).map_or(0, Iterator::count) < 5 {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(130), "{message}");
+    assert!(message.contains("of 400 jobs are finished") && message.contains("run the same command"), "{message}");
+}
+
+#[test]
+fn bad_lattices_get_one_message() {
+    let dir = folder();
+    let rock = write(&dir, "rock.toml", ROCK);
+    let soft = write(&dir, "soft.toml", &ROCK.replace("c12 = 40", "c12 = 39.5"));
+    let text = |name: &str, content: &str| write(&dir, name, content);
+    let ragged = text("ragged.txt", "##PERIODIC:: 1 1 1\n0 0 0 0.1\n0.5 0.5 0.1\n");
+    let same = text("same.txt", "##PERIODIC:: 1 1 1\n0 0 0 0.1\n1 0 0 0.1\n");
+    let negative = text("negative.txt", "##PERIODIC:: 1 1 1\n0 0 0 -0.1\n");
+    let free = text("free.txt", "0 0 0 0.1\n0.5 0 0 0.1\n");
+    let number = text("number.txt", "##PERIODIC:: 1 1 1\n0 0 nan 0.1\n");
+    let table = text("bad.csv", "packing,contact_radus\nx.txt,1\n");
+    for (args, fragment) in [
+        (&["element-test", &ragged, &rock][..], "line 3"),
+        (&["element-test", &same, &rock], "same centre"),
+        (&["element-test", &negative, &rock], "line 2"),
+        (&["element-test", &number, &rock], "line 2"),
+        (&["element-test", &free, &rock], "cell"),
+        (&["element-test", "/nowhere.txt", &rock], "/nowhere.txt"),
+        (&["element-test", &packing(), &soft], "E_T^b"),
+        (&["element-test", &packing(), &rock, "--contact-radius", "1.0"], "contact radius"),
+        (&["element-test", &packing(), &rock, "--contact-radius", "-1"], "contact radius"),
+        (&["element-test", &packing(), &rock, "--axis", "0,0,0"], "axis"),
+        (&["element-test", &packing(), &rock, "--method", "dynamic", "--strain", "0"], "strain"),
+        (&["lattice", &packing(), "KIO4"], "did you mean KIO3"),
+        (&["sweep", &table, "-o", "/tmp/never"], "contact_radius"),
+        (&["sweep", &table, "-o", "/tmp/never", "--shard", "3/2"], "contact_radius"),
+        (&["pack"], "--number"),
+        (&["pack", "--number", "0"], "0 spheres"),
+        (&["pack", "--number", "10", "--radius", "-1"], "radius"),
+        (&["pack", "--crystal", "fcc", "--cells", "1,2"], "--cells"),
+        (&["verify", "smilauer", "--packing", "/nowhere.txt"], "/nowhere.txt"),
+    ] {
+        let message = refused(args, 2);
+        assert!(message.contains(fragment), "{args:?}: {message}");
+    }
+}
