@@ -5,6 +5,11 @@
 //!
 //! SI units throughout: Pa, m, kg/m³; angles in radians unless a name says otherwise.
 
+/// The README's example, run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;
+
 pub mod error;
 pub mod tensor;
 pub mod lattice;

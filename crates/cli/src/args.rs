@@ -39,10 +39,10 @@ pub struct Tensor {
     #[command(flatten)]
     pub table: TableArgs,
     /// Largest relative distance at which a symmetry counts as present
-    #[arg(long, default_value_t = anisobond::tensor::SYMMETRY_TOLERANCE)]
+    #[arg(long, default_value_t = anisobond::tensor::SYMMETRY_TOLERANCE, allow_negative_numbers = true)]
     pub tolerance: f64,
     /// Density, as '2650 kg/m3' (over the file's own)
-    #[arg(long)]
+    #[arg(long, allow_hyphen_values = true)]
     pub density: Option<String>,
     /// Also give Young's modulus, compressibility and waves along x,y,z (repeatable)
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]

@@ -13,7 +13,7 @@ use crate::{Ending, args, table, text};
 pub fn run(args: &args::Calibrate) -> Result<Ending> {
     let bound = lower_bound(&args.lower_bound)?;
     if let Some(error) = args.require_exact
-        && !(error >= 0.0)
+        && (error.is_nan() || error < 0.0)
     {
         return Err(Error::input(format!("--require-exact={error}"), "give a relative error ≥ 0, as 1e-9"));
     }

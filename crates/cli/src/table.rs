@@ -59,7 +59,7 @@ fn report(args: &args::Calibrate, results: &TableResults) -> Result<Ending> {
             }
             None => {
                 let error = row["relative_error"].as_f64().unwrap_or(f64::NAN);
-                not_exact += usize::from(args.require_exact.is_some_and(|e| !(error <= e)));
+                not_exact += usize::from(args.require_exact.is_some_and(|e| error.is_nan() || error > e));
                 lines += &format!(
                     "{id:16} {:16} error {:>10} %  gap {:>10} %  {}\n",
                     row["material"].as_str().unwrap_or(""),

@@ -85,8 +85,8 @@ fn describe(r: &TensorReport, directions: &serde_json::Value) -> String {
     );
     let d = &r.directional;
     out += "\nextremes over all directions\n";
-    out += &extremes("Young E(n)", &d.young, |x| stress(x));
-    out += &extremes("shear G(n,m)", &d.shear, |x| stress(x));
+    out += &extremes("Young E(n)", &d.young, stress);
+    out += &extremes("shear G(n,m)", &d.shear, stress);
     out += &extremes("Poisson ν(n,m)", &d.poisson, text::number);
     out += &extremes("compressibility β(n)", &d.linear_compressibility, |x| {
         format!("{} 1/{name}", text::number(x * unit))

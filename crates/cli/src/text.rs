@@ -82,5 +82,6 @@ pub fn largest(m: &[[f64; 6]; 6]) -> f64 {
 
 /// A direction in brief.
 pub fn direction(n: &[f64; 3]) -> String {
-    format!("({:.4}, {:.4}, {:.4})", n[0] + 0.0, n[1] + 0.0, n[2] + 0.0)
+    let [x, y, z] = n.map(|c| if c.abs() < 5e-5 { 0.0 } else { c });
+    format!("({x:.4}, {y:.4}, {z:.4})")
 }

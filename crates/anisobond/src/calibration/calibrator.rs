@@ -247,7 +247,8 @@ impl<'a> Calibrator<'a> {
                 outcome = dual_newton::maximise(rays, &inside, bound, MOST_ITERATIONS);
             }
         }
-        if outcome.residual <= REACHED {
+        // A target that is in the cone has a solution; should Newton end early all the same, the residual says so.
+        if outcome.residual <= REACHED || (spanned && closest.norm() <= REACHED) {
             return Solution {
                 bound,
                 c: self.per_bond(&outcome.c, ray_of_bond, bound),

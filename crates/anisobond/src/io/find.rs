@@ -11,13 +11,20 @@ use crate::{Error, Result};
 ///
 /// # Errors
 /// Neither a name nor a file, with the nearest name; what the file's reader refuses; a table without `row`, or a `row`
-/// that is not in it.
+/// that is not in it; a `row` or a `unit` for something that is no table.
 pub fn find_material(name_or_path: &str, row: Option<&str>, unit: Option<&str>) -> Result<Material> {
     let path = Path::new(name_or_path);
+    let of_tables_only = |material: Material| match row.map(|_| "row").or(unit.map(|_| "unit")) {
+        None => Ok(material),
+        Some(flag) => Err(Error::input(
+            format!("--{flag} is for tables of materials, and {name_or_path} is one material"),
+            format!("leave out --{flag}"),
+        )),
+    };
     if !path.exists()
         && let Some(material) = Material::builtin(name_or_path)
     {
-        return Ok(material);
+        return of_tables_only(material);
     }
     if path.is_dir() {
         return Err(Error::input(format!("{name_or_path} is a folder"), "give the file of a material or a table"));
@@ -31,7 +38,7 @@ pub fn find_material(name_or_path: &str, row: Option<&str>, unit: Option<&str>) 
         return Err(Error::input(format!("{name_or_path}: neither a file nor a built-in material"), hint));
     }
     if !super::is_table(path) {
-        return read_material(path);
+        return read_material(path).and_then(of_tables_only);
     }
     let Some(row) = row else {
         return Err(Error::input(

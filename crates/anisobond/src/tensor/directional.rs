@@ -1,11 +1,12 @@
 //! Elastic moduli along a direction, and their extremes over all directions.
 
-use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
 
 use super::stiffness::{PAIRS, Stiffness, mandel_weight};
 use super::turning::{
-    Local, Mandel, View, array_of, descend, frame_of, frame_of_pair, half_sphere, special_directions,
+    Local, Mandel, View, array_of, descend, eigen3, frame_of, frame_of_pair, half_sphere, special_directions,
+    starts_apart,
 };
 use crate::{Error, Result};
 
@@ -119,8 +120,9 @@ impl DirectionalModuli {
         let [soft, stiff] = self.search(&sections, |s| s.inverse_shear, inverse_shear);
         let shear = Extremes { min: soft.shear(self.scale), max: stiff.shear(self.scale) };
 
-        // In strongly anisotropic tensors ν peaks sharply about the extremes of E.
-        sections.extend([young.min, young.max].map(|e| self.section(Vector3::from(e.direction))));
+        // In strongly anisotropic tensors ν peaks sharply about the stiffest direction, where S_nnnn is small.
+        let stiffest = Vector3::from(young.max.direction);
+        sections.extend(RINGS.iter().flat_map(|&angle| ring(&stiffest, angle)).map(|n| self.section(n)));
         let poisson = |view: &View| view.component(2, 0).times(-1.0).over(view.component(2, 2));
         let [most, least] = self.search(&sections, |s| s.poisson, poisson);
         let poisson = Extremes { min: least.pair(), max: most.pair() };
@@ -130,13 +132,13 @@ impl DirectionalModuli {
 
     /// Extremes of β(n): the eigenvalues of S_ijkk.
     fn compressibility_extremes(&self) -> Extremes {
-        let eigen = SymmetricEigen::new(self.compressibility);
+        let (values, vectors) = eigen3(&self.compressibility);
         let along = |k: usize| Extreme {
-            value: eigen.eigenvalues[k],
-            direction: oriented(&eigen.eigenvectors.column(k).into_owned()),
+            value: values[k],
+            direction: oriented(&vectors.column(k).into_owned()),
             transverse: None,
         };
-        Extremes { min: along(eigen.eigenvalues.imin()), max: along(eigen.eigenvalues.imax()) }
+        Extremes { min: along(0), max: along(2) }
     }
 
     /// All a direction n says: S_nnnn, and the extremes over m ⟂ n of 4 S_nmnm and of −S_nnmm/S_nnnn.
@@ -170,21 +172,9 @@ impl DirectionalModuli {
         objective: impl Fn(&View) -> Local,
     ) -> [Found; 2] {
         [(0, -1.0), (1, 1.0)].map(|(which, sign)| {
-            let mut order: Vec<(f64, usize)> =
-                sections.iter().enumerate().map(|(i, s)| (sign * of(s)[which].0, i)).collect();
-            order.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let mut starts: Vec<usize> = Vec::with_capacity(STARTS);
-            for &(_, i) in &order {
-                let near = |&j: &usize| sections[i].n.dot(&sections[j].n).abs() > NEAR_COSINE;
-                if !starts.iter().any(near) {
-                    starts.push(i);
-                }
-                if starts.len() == STARTS {
-                    break;
-                }
-            }
+            let samples: Vec<(f64, Vector3<f64>)> = sections.iter().map(|s| (sign * of(s)[which].0, s.n)).collect();
             // Special directions come first, and a later start must be better by more than rounding.
-            starts.sort_unstable();
+            let starts = starts_apart(&samples, NEAR_COSINE, STARTS);
             let mut best = Found { value: f64::INFINITY, frame: Matrix3::identity() };
             for i in starts {
                 let start = frame_of_pair(&sections[i].n, &of(&sections[i])[which].1);
@@ -200,10 +190,22 @@ impl DirectionalModuli {
 
 /// Directions of the half sphere that are searched: 3° apart.
 const DIRECTIONS: usize = 2000;
+/// Angles (radians) of the rings about the stiffest direction that are searched too, for ν.
+const RINGS: [f64; 7] = [0.0, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1];
 /// Starts that are refined.
-const STARTS: usize = 12;
-/// Starts are at least 8° apart.
-const NEAR_COSINE: f64 = 0.990;
+const STARTS: usize = 32;
+/// Starts are at least 3° apart.
+const NEAR_COSINE: f64 = 0.9986;
+
+/// Twelve directions at an angle (radians) from n.
+fn ring(n: &Vector3<f64>, angle: f64) -> impl Iterator<Item = Vector3<f64>> {
+    let frame = frame_of(n);
+    let (s, c) = angle.sin_cos();
+    (0..12).map(move |k| {
+        let (sin, cos) = (k as f64 * std::f64::consts::TAU / 12.0).sin_cos();
+        frame * Vector3::new(s * cos, s * sin, c)
+    })
+}
 
 /// What one direction n says; values with the m where they are taken, largest first.
 struct Section {
@@ -256,7 +258,7 @@ fn pair(n: &Vector3<f64>, m: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
 }
 
 /// Kelvin-Mandel coordinates of the symmetric part of a⊗b.
-fn vector6(a: &Vector3<f64>, b: &Vector3<f64>) -> [f64; 6] {
+pub(super) fn vector6(a: &Vector3<f64>, b: &Vector3<f64>) -> [f64; 6] {
     std::array::from_fn(|row| {
         let (i, j) = PAIRS[row];
         0.5 * (a[i] * b[j] + a[j] * b[i]) * mandel_weight(row)
@@ -273,11 +275,11 @@ fn tensor3(v: &[f64; 6]) -> Matrix3<f64> {
     m
 }
 
-fn times(s: &Mandel, v: &[f64; 6]) -> [f64; 6] {
+pub(super) fn times(s: &Mandel, v: &[f64; 6]) -> [f64; 6] {
     std::array::from_fn(|a| inner(&s[a], v))
 }
 
-fn inner(a: &[f64; 6], b: &[f64; 6]) -> f64 {
+pub(super) fn inner(a: &[f64; 6], b: &[f64; 6]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Plain arrays: these are the inner loops of the searches over directions and axes.
 
-use nalgebra::{Matrix3, Rotation3, SymmetricEigen, Vector3};
+use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use super::stiffness::{Stiffness, mandel_rotation};
 
@@ -134,7 +134,7 @@ pub(super) fn descend(c: &Mandel, start: &Matrix3<f64>, objective: impl Fn(&View
     let mut here = objective(&View::new(c, &q));
     for _ in 0..MOST_STEPS {
         let mut step = newton_step(&here);
-        if !(step.norm() > SHORTEST_STEP) {
+        if step.norm() <= SHORTEST_STEP {
             break;
         }
         let mut moved = false;
@@ -160,11 +160,11 @@ fn newton_step(here: &Local) -> Vector3<f64> {
     if !here.hessian.iter().chain(here.gradient.iter()).all(|x| x.is_finite()) {
         return Vector3::zeros();
     }
-    let eigen = SymmetricEigen::new(here.hessian);
-    let flat = FLAT * eigen.eigenvalues.amax().max(f64::MIN_POSITIVE);
+    let (curvatures, vectors) = eigen3(&here.hessian);
+    let flat = FLAT * curvatures.amax().max(f64::MIN_POSITIVE);
     let mut step = Vector3::zeros();
     for k in 0..3 {
-        let (h, v) = (eigen.eigenvalues[k].abs(), eigen.eigenvectors.column(k));
+        let (h, v) = (curvatures[k].abs(), vectors.column(k));
         if h > flat {
             step -= v * (v.dot(&here.gradient) / h);
         }
@@ -178,6 +178,46 @@ fn orthonormal(q: &Matrix3<f64>) -> Matrix3<f64> {
     let z = q.column(2).normalize();
     let x = (q.column(0) - z * z.dot(&q.column(0))).normalize();
     Matrix3::from_columns(&[x, z.cross(&x), z])
+}
+
+/// Eigenvalues, ascending, and unit eigenvectors as columns of a symmetric 3×3 matrix, by Jacobi's rotations: each makes
+/// one off-diagonal entry zero. The number of sweeps is bounded whatever the matrix holds, and small eigenvalues of
+/// graded matrices keep their digits.
+pub(super) fn eigen3(m: &Matrix3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
+    let mut a = *m;
+    let mut v = Matrix3::identity();
+    for _ in 0..30 {
+        if a[(0, 1)] == 0.0 && a[(0, 2)] == 0.0 && a[(1, 2)] == 0.0 {
+            break;
+        }
+        for (p, q, r) in [(0, 1, 2), (0, 2, 1), (1, 2, 0)] {
+            let apq = a[(p, q)];
+            if apq.abs() <= 1e-18 * (a[(p, p)].abs() + a[(q, q)].abs()) {
+                (a[(p, q)], a[(q, p)]) = (0.0, 0.0);
+                continue;
+            }
+            // t = tan φ, the smaller root of t² + 2θt − 1 = 0.
+            let theta = (a[(q, q)] - a[(p, p)]) / (2.0 * apq);
+            let t = theta.signum() / (theta.abs() + theta.hypot(1.0));
+            let c = t.hypot(1.0).recip();
+            let s = t * c;
+            a[(p, p)] -= t * apq;
+            a[(q, q)] += t * apq;
+            (a[(p, q)], a[(q, p)]) = (0.0, 0.0);
+            let (arp, arq) = (a[(r, p)], a[(r, q)]);
+            a[(r, p)] = c * arp - s * arq;
+            a[(r, q)] = s * arp + c * arq;
+            (a[(p, r)], a[(q, r)]) = (a[(r, p)], a[(r, q)]);
+            for i in 0..3 {
+                let (vp, vq) = (v[(i, p)], v[(i, q)]);
+                v[(i, p)] = c * vp - s * vq;
+                v[(i, q)] = s * vp + c * vq;
+            }
+        }
+    }
+    let mut order = [0, 1, 2];
+    order.sort_by(|&i, &j| a[(i, i)].total_cmp(&a[(j, j)]));
+    (Vector3::from_fn(|k, _| a[(order[k], order[k])]), Matrix3::from_fn(|i, k| v[(i, order[k])]))
 }
 
 /// A right-handed frame with third axis n (unit).
@@ -204,6 +244,24 @@ pub(super) fn half_sphere(count: usize) -> impl Iterator<Item = Vector3<f64>> {
     })
 }
 
+/// Of directions with values, at most `most` starts: the smallest that are pairwise apart by more than an angle of given
+/// cosine, in the order of the list. Several starts in one basin are wanted: some descents leave it for a lower one.
+pub(super) fn starts_apart(samples: &[(f64, Vector3<f64>)], cosine: f64, most: usize) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..samples.len()).collect();
+    order.sort_by(|&i, &j| samples[i].0.total_cmp(&samples[j].0));
+    let mut out: Vec<usize> = Vec::with_capacity(most);
+    for i in order {
+        if out.len() == most {
+            break;
+        }
+        if !out.iter().any(|&j| samples[i].1.dot(&samples[j].1).abs() > cosine) {
+            out.push(i);
+        }
+    }
+    out.sort_unstable();
+    out
+}
+
 /// Directions that symmetric tensors single out: axes, face and body diagonals, and the eigenvectors of C_ijkk and
 /// C_ikjk, which lie along or across the axes of every symmetry the tensor has (Cowin & Mehrabadi 1987).
 pub(super) fn special_directions(c: &Stiffness) -> Vec<Vector3<f64>> {
@@ -226,7 +284,7 @@ pub(super) fn eigenframes(c: &Stiffness) -> [Matrix3<f64>; 2] {
     let dilatational: Matrix3<f64> = contract(&|i, j, k| c.component(i, j, k, k));
     let voigt: Matrix3<f64> = contract(&|i, j, k| c.component(i, k, j, k));
     [dilatational, voigt].map(|m| {
-        let mut q = SymmetricEigen::new(m).eigenvectors;
+        let mut q = eigen3(&m).1;
         if q.determinant() < 0.0 {
             q.column_mut(0).neg_mut();
         }
@@ -263,6 +321,22 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn eigenpairs_of_symmetric_matrices() {
+        let q = *Rotation3::from_euler_angles(0.4, -1.1, 2.0).matrix();
+        for values in [[1.0, 2.0, 3.0], [-1.0, -1.0, 5.0], [0.0, 0.0, 0.0], [4.0, 4.0, 4.0], [1e-9, 1.0, 1e3]] {
+            for turn in [Matrix3::identity(), q] {
+                let m = turn * Matrix3::from_diagonal(&Vector3::from(values)) * turn.transpose();
+                let m = (m + m.transpose()) * 0.5;
+                let (found, vectors) = eigen3(&m);
+                assert!((found - Vector3::from(values)).amax() <= 1e-14 * (1.0 + values[2]));
+                assert!((m * vectors - vectors * Matrix3::from_diagonal(&found)).amax() <= 1e-14 * (1.0 + values[2]));
+                assert!((vectors.transpose() * vectors - Matrix3::identity()).amax() < 1e-14);
+            }
+        }
+        assert!(eigen3(&Matrix3::from_element(f64::NAN)).0[0].is_nan());
     }
 
     #[test]

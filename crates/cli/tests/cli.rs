@@ -1,0 +1,422 @@
+//! The program as a user runs it: contracts of JSON and exit codes, files written, bad input, interruption.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use serde_json::Value;
+
+fn anisobond(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_anisobond")).args(args).output().unwrap()
+}
+
+/// stdout of a run that must succeed.
+fn stdout(args: &[&str]) -> String {
+    let output = anisobond(args);
+    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn json(args: &[&str]) -> Value {
+    serde_json::from_str(&stdout(args)).unwrap()
+}
+
+/// stderr of a run that must end with a code, printing nothing on stdout.
+fn refused(args: &[&str], code: i32) -> String {
+    let output = anisobond(args);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(code), "{args:?}: {message}");
+    assert!(output.stdout.is_empty(), "{args:?} prints on stdout");
+    assert!(!message.contains("panicked"), "{message}");
+    message
+}
+
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+fn write(folder: &tempfile::TempDir, name: &str, text: &str) -> String {
+    let path = folder.path().join(name);
+    std::fs::write(&path, text).unwrap();
+    path.to_str().unwrap().to_string()
+}
+
+const ROCK: &str = r#"
+name = "my rock"
+unit = "MPa"
+class = "transversely-isotropic"
+axis = [0, 0, 1]
+c11 = 130
+c33 = 55
+c13 = 28
+c12 = 40
+c44 = 32.25
+density = "2650 kg/m3"
+"#;
+
+/// Numbers of the document at horizon 6, through the program.
+#[test]
+fn calibrate_json_is_the_contract() {
+    let r = json(&["calibrate", "CoTeO4", "--horizon", "6", "--json"]);
+    assert_eq!(r["material"], "CoTeO4");
+    assert_eq!(r["neighbourhood"]["bonds"], 924);
+    assert_eq!(r["feasible"], true);
+    assert!(r["infeasibility"].is_null());
+    for key in ["target", "reached"] {
+        let rows = r[key].as_array().unwrap();
+        assert!(rows.len() == 6 && rows.iter().all(|row| row.as_array().unwrap().len() == 6));
+    }
+    assert_eq!(r["target"][3][4], 25e9);
+    let number = |path: &str| r.pointer(path).unwrap().as_f64().unwrap();
+    assert!((number("/relative_error") - 0.0498802345).abs() < 5e-11);
+    assert!((number("/cauchy_gap") - 0.0498802345).abs() < 5e-11);
+    assert!((number("/universal_anisotropy") - 28.3168889).abs() < 5e-8);
+    assert!((number("/micromodulus/max") / 1.65645313316e9 - 1.0).abs() < 1e-11);
+    assert!((number("/micromodulus/mean") / 0.218734968735e9 - 1.0).abs() < 1e-11);
+    assert_eq!((number("/micromodulus/min"), number("/micromodulus/zero")), (0.0, 636.0));
+    assert_eq!(r["dual"].as_array().unwrap().len(), 15);
+    assert!(number("/solver/iterations") < 20.0 && number("/solver/residual") <= 1e-12);
+}
+
+#[test]
+fn infeasible_calibrations_carry_a_certificate_that_holds() {
+    let dir = folder();
+    let out = dir.path().join("out");
+    let r = json(&["calibrate", "CoTeO4", "--horizon", "3", "--json", "-o", out.to_str().unwrap()]);
+    assert_eq!(r["feasible"], false);
+    assert!((r["relative_error"].as_f64().unwrap() - 0.0558526).abs() < 5e-8);
+    assert_eq!(r["infeasibility"]["cause"], "cone");
+    let y: Vec<f64> =
+        r["infeasibility"]["certificate"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
+    let names: Vec<Vec<usize>> = r["monomials"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|name| name.as_str().unwrap().bytes().map(|b| usize::from(b - b'1')).collect())
+        .collect();
+    // y·Xᵢ ≤ 0 on every bond that was written.
+    let bonds = std::fs::read_to_string(out.join("bonds.csv")).unwrap();
+    let mut count = 0;
+    for line in bonds.lines().filter(|l| !l.starts_with('#')).skip(1) {
+        let f: Vec<f64> = line.split(',').map(|x| x.parse().unwrap()).collect();
+        let n: Vec<f64> = (3..6).map(|i| f[i] / f[6]).collect();
+        let product: f64 = names.iter().zip(&y).map(|(i, y)| y * i.iter().map(|&a| n[a]).product::<f64>()).sum();
+        assert!(product <= 0.0);
+        count += 1;
+    }
+    assert_eq!(count, 122);
+    // y·S > 0 with S the Cauchy part of the target.
+    let row = |i: usize, j: usize| if i == j { i } else { 6 - i - j };
+    let c = |i: usize, j: usize, k: usize, l: usize| r["target"][row(i, j)][row(k, l)].as_f64().unwrap();
+    let s = |i: &[usize]| (c(i[0], i[1], i[2], i[3]) + c(i[0], i[2], i[1], i[3]) + c(i[0], i[3], i[1], i[2])) / 3.0;
+    let product: f64 = names.iter().zip(&y).map(|(i, y)| y * s(i)).sum();
+    assert!(product > 1e9 && (product / r["infeasibility"]["target_product"].as_f64().unwrap() - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_material_file_and_its_tensor_report() {
+    let dir = folder();
+    let rock = write(&dir, "rock.toml", ROCK);
+    let r = json(&["tensor", &rock, "--json", "--direction", "0,0,1"]);
+    assert_eq!(r["symmetry"]["class"], "transversely-isotropic");
+    assert_eq!(r["positive_definite"], true);
+    assert!((r["directions"][0]["young"].as_f64().unwrap() / 45.776e6 - 1.0).abs() < 1e-4);
+    // √(C/ρ) along z: 55 MPa and 32.25 MPa (twice).
+    let speeds: Vec<f64> = (0..3).map(|i| r["waves"]["z"][i]["speed"].as_f64().unwrap()).collect();
+    assert!((speeds[2] - (55e6f64 / 2650.0).sqrt()).abs() < 1e-9 && (speeds[0] - speeds[1]).abs() < 1e-9);
+    let text = stdout(&["tensor", &rock]);
+    assert!(text.contains("→ transversely-isotropic") && text.contains("Cauchy gap"), "{text}");
+    assert!(stdout(&["calibrate", &rock, "--horizon", "3"]).contains("relative error"));
+}
+
+#[test]
+fn materials_completions_help_and_version() {
+    let r = json(&["materials", "--json"]);
+    assert_eq!(r["materials"].as_array().unwrap().len(), 8);
+    assert!(stdout(&["materials"]).contains("Pyroceram"));
+    for shell in ["bash", "zsh", "fish"] {
+        assert!(stdout(&["completions", shell]).contains("calibrate"));
+    }
+    for command in ["tensor", "calibrate", "verify"] {
+        assert!(stdout(&[command, "--help"]).contains(if command == "verify" { "Exit codes" } else { "Examples" }));
+    }
+    assert!(stdout(&["--version"]).contains(env!("CARGO_PKG_VERSION")));
+}
+
+#[test]
+fn verify_prakash_passes_and_names_what_is_printed_wrong() {
+    let r = json(&["verify", "prakash", "--json"]);
+    assert_eq!(r["passed"], true);
+    assert_eq!(r["suites"][0]["deviate"], 0);
+    let text = stdout(&["verify", "prakash"]);
+    for reason in ["143.5", "not the identity", "no symmetry of a trigonal", "infeasible at horizon 3"] {
+        assert!(text.contains(reason), "{reason}");
+    }
+    assert!(refused(&["verify", "prakesh"], 2).contains("prakash"));
+}
+
+#[test]
+fn require_exact_has_its_own_exit_code() {
+    assert_eq!(anisobond(&["calibrate", "Si", "--require-exact"]).status.code(), Some(3));
+    assert_eq!(anisobond(&["calibrate", "Si", "--require-exact=0.04"]).status.code(), Some(0));
+    assert_eq!(anisobond(&["calibrate", "Pyroceram", "--require-exact", "--json"]).status.code(), Some(0));
+}
+
+#[test]
+fn a_folder_of_results() {
+    let dir = folder();
+    let out = dir.path().join("deep/er");
+    stdout(&["calibrate", "Te2W", "--horizon", "3", "--spacing", "2 mm", "-o", out.to_str().unwrap()]);
+    let mut names: Vec<String> =
+        std::fs::read_dir(&out).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    assert_eq!(names, ["bonds.csv", "calibration.json", "neighbourhood.png", "neighbourhood.svg", "neighbourhood.vtp"]);
+    let report: Value = serde_json::from_slice(&std::fs::read(out.join("calibration.json")).unwrap()).unwrap();
+    assert_eq!(report["neighbourhood"]["spacing"], 0.002);
+    assert!(std::fs::read(out.join("neighbourhood.png")).unwrap().starts_with(b"\x89PNG"));
+}
+
+fn table_rows(dir: &tempfile::TempDir) -> String {
+    // Twelve rows: cubic crystals, one broken number, one that is not positive definite.
+    let names: Vec<String> = (1..=6).flat_map(|a| (a..=6).map(move |b| format!("c{a}{b}"))).collect();
+    let mut text = format!("material_id,formula,{}\n", names.join(","));
+    for i in 0..12 {
+        let (c11, c12, c44) = (200.0 + f64::from(i), if i == 7 { 300.0 } else { 80.0 }, 90.0 - f64::from(i));
+        let value = |a: usize, b: usize| match (a, b) {
+            (1..=3, _) if a == b => c11,
+            (1..=3, 1..=3) => c12,
+            _ if a == b => c44,
+            _ => 0.0,
+        };
+        let mut row: Vec<String> =
+            (1..=6).flat_map(|a| (a..=6).map(move |b| (a, b))).map(|(a, b)| value(a, b).to_string()).collect();
+        if i == 3 {
+            row[0] = "abc".into();
+        }
+        text += &format!("x-{i},A{i}B,{}\n", row.join(","));
+    }
+    write(dir, "table.csv", &text)
+}
+
+#[test]
+fn tables_keep_their_order_and_their_failures() {
+    let dir = folder();
+    let table = table_rows(&dir);
+    let lines = stdout(&["calibrate", &table, "--horizon", "3", "--jsonl"]);
+    let rows: Vec<Value> = lines.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+    assert_eq!(rows.len(), 12);
+    for (i, row) in rows.iter().enumerate() {
+        assert_eq!(row["id"], format!("x-{i}"));
+        match i {
+            3 => assert!(row["error"].as_str().unwrap().contains("line 5") && row["error"].to_string().contains("c11")),
+            7 => assert!(row["error"].as_str().unwrap().contains("not positive definite")),
+            _ => assert!(row["relative_error"].as_f64().unwrap() < 0.1 && row["feasible"] == true),
+        }
+    }
+    assert_eq!(json(&["calibrate", &table, "--json"])["rows"].as_array().unwrap().len(), 12);
+    let one = json(&["calibrate", &table, "--row", "x-5", "--json", "--horizon", "3"]);
+    assert_eq!(one["relative_error"], rows[5]["relative_error"]);
+    assert!(refused(&["calibrate", &table, "--row", "x-99"], 2).contains("no row x-99"));
+    assert!(refused(&["tensor", &table], 2).contains("--row"));
+}
+
+#[test]
+fn a_table_goes_on_where_it_was_stopped() {
+    let dir = folder();
+    let table = table_rows(&dir);
+    let out = dir.path().join("out");
+    let run = |name: &Path| stdout(&["calibrate", &table, "--horizon", "3", "-o", name.to_str().unwrap()]);
+    run(&out);
+    let csv = std::fs::read_to_string(out.join("calibrations.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 13);
+    assert!(csv.starts_with("id,line,material") && csv.contains("micromodulus.max") && csv.contains(",error"));
+    // A killed run leaves whole lines and a torn one: the rest is computed, nothing twice.
+    let journal = out.join("journal.jsonl");
+    let whole = std::fs::read(&journal).unwrap();
+    std::fs::write(&journal, &whole[..whole.len() / 2]).unwrap();
+    std::fs::remove_file(out.join("calibrations.csv")).unwrap();
+    run(&out);
+    assert_eq!(std::fs::read_to_string(out.join("calibrations.csv")).unwrap(), csv);
+    let lines = std::fs::read_to_string(&journal).unwrap();
+    assert!(lines.lines().count() <= 13, "a finished row was computed again");
+    let before = lines.len();
+    run(&out);
+    assert_eq!(std::fs::read(&journal).unwrap().len(), before);
+}
+
+#[cfg(unix)]
+#[test]
+fn interrupted_it_keeps_what_is_finished() {
+    let dir = folder();
+    // Enough rows to be interrupted in.
+    let text = std::fs::read_to_string(table_rows(&dir)).unwrap();
+    let (header, first) = text.split_once('\n').unwrap();
+    let row = first.lines().next().unwrap();
+    let rows: String = (0..20_000).map(|i| row.replacen("x-0", &format!("x-{i}"), 1) + "\n").collect();
+    let table = write(&dir, "long.csv", &format!("{header}\n{rows}"));
+    let out = dir.path().join("out");
+    let args = ["calibrate", &table, "--horizon", "8", "-o", out.to_str().unwrap()];
+    let child =
+        Command::new(env!("CARGO_BIN_EXE_anisobond")).args(args).stdout(Stdio::null()).stderr(Stdio::piped()).spawn();
+    let child = child.unwrap();
+    let journal = out.join("journal.jsonl");
+    while std::fs::metadata(&journal).map_or(0, |m| m.len()) < 10_000 {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(130), "{message}");
+    assert!(message.contains("of 20000 rows are done") && message.contains("run the same command"), "{message}");
+    let done = std::fs::read_to_string(&journal).unwrap().lines().count();
+    assert!(message.contains(&format!("interrupted: {done} of")), "{done}: {message}");
+    assert!(!out.join("calibrations.csv").exists());
+}
+
+#[test]
+fn bad_input_gets_one_message_with_place_and_remedy() {
+    let dir = folder();
+    let file = |name: &str, text: &str| write(&dir, name, text);
+    let matrix = "[[9,1,1,0,0,0],[1,9,1,0,0,0],[1,1,9,0,0,0],[0,0,0,4,0,0],[0,0,0,0,4,0],[0,0,0,0,0,4]]";
+    let unsymmetric = matrix.replacen("[1,9", "[2,9", 1);
+    let nan = matrix.replacen('9', "nan", 1);
+    let missing = "[[9,1,1,0,0,0],[1,9,1,0,0,0]]";
+    let cases: Vec<(String, &[&str])> = vec![
+        (file("unsymmetric.toml", &format!("unit = \"GPa\"\nstiffness = {unsymmetric}")), &["not symmetric", "line 2"]),
+        (file("nan.toml", &format!("unit = \"GPa\"\nstiffness = {nan}")), &["NaN"]),
+        (file("rows.toml", &format!("unit = \"GPa\"\nstiffness = {missing}")), &["line 2", "stiffness"]),
+        (file("unit.toml", &format!("unit = \"Gpa\"\nstiffness = {matrix}")), &["line 1", "GPa"]),
+        (file("bare.toml", &format!("stiffness = {matrix}")), &["unit = \"GPa\""]),
+        (file("key.toml", &format!("unit = \"GPa\"\nstifness = {matrix}")), &["line 2", "stiffness"]),
+        (
+            file("class.toml", "unit = \"GPa\"\nclass = \"cubic\"\nc11 = 9\nc22 = 8\nc12 = 1\nc44 = 4"),
+            &["c22", "cubic"],
+        ),
+        (
+            file("unstable.toml", &format!("unit = \"GPa\"\nstiffness = {}", matrix.replace('4', "-4"))),
+            &["not positive definite", "-8"],
+        ),
+        (file("syntax.toml", "unit = \"GPa"), &["syntax.toml:1"]),
+        (file("empty.toml", ""), &["stiffness"]),
+        (file("empty.csv", ""), &["empty.csv"]),
+        (file("head.csv", "material_id,c11\n"), &["c12"]),
+    ];
+    for (path, fragments) in &cases {
+        for command in ["tensor", "calibrate"] {
+            let message = refused(&[command, path], 2);
+            assert_eq!(message.trim_end().lines().count(), 1, "{message}");
+            let name = Path::new(path).file_name().unwrap().to_str().unwrap();
+            assert!(message.contains(name), "{message}");
+            // A table is refused by `tensor` for being one.
+            if !(command == "tensor" && name.ends_with(".csv")) {
+                assert!(fragments.iter().all(|f| message.contains(f)), "{fragments:?}: {message}");
+            }
+        }
+    }
+    for (args, fragment) in [
+        (&["calibrate", "KIO4"][..], "did you mean KIO3"),
+        (&["calibrate", "/nowhere/rock.toml"], "neither a file"),
+        (&["calibrate", "/"], "folder"),
+        (&["calibrate", "Si", "--horizon", "0.5"], "below the grid spacing"),
+        (&["calibrate", "Si", "--horizon", "nan"], "positive"),
+        (&["calibrate", "Si", "--horizon", "1 mm"], "below the grid spacing"),
+        (&["calibrate", "Si", "--horizon", "1e6"], "smaller horizon"),
+        (&["calibrate", "Si", "--spacing", "-1"], "spacing"),
+        (&["calibrate", "Si", "--spacing", "2 kg"], "--spacing"),
+        (&["calibrate", "Si", "--influence", "gauss"], "constant, inverse, hat, power"),
+        (&["calibrate", "Si", "--shape", "cuboid", "--semi-axes", "4,5"], "--semi-axes"),
+        (&["calibrate", "Si", "--semi-axes", "4,5,6"], "--shape"),
+        (&["calibrate", "Si", "--lower-bound", "-1"], "--lower-bound"),
+        (&["calibrate", "Si", "--lower-bound", "most"], "max"),
+        (&["calibrate", "Si", "--rotate", "spin:1"], "--rotate"),
+        (&["calibrate", "Si", "--cut", "0,0,0"], "--cut"),
+        (&["calibrate", "Si", "--jsonl"], "--json"),
+        (&["calibrate", "Si", "-o", "/proc/nowhere"], "/proc/nowhere"),
+        (&["calibrate", "Si", "--row", "x"], "one material"),
+        (&["tensor", "Si", "--unit", "MPa"], "one material"),
+        (&["tensor", "Si", "--density", "3 GPa"], "--density"),
+        (&["tensor", "Si", "--density", "-3 g/cm3"], "density"),
+        (&["tensor", "Si", "--direction", "0,0,0"], "--direction"),
+        (&["tensor", "Si", "--tolerance", "-1"], "--tolerance"),
+        (&["--threads", "0", "materials"], "--threads"),
+    ] {
+        let message = refused(args, 2);
+        assert!(message.contains(fragment), "{args:?}: {message}");
+    }
+}
+
+/// Nothing is written, or overwritten, before the input is known to be good.
+#[test]
+fn bad_input_writes_nothing() {
+    let dir = folder();
+    let out: PathBuf = dir.path().join("out");
+    refused(&["calibrate", "KIO4", "-o", out.to_str().unwrap()], 2);
+    refused(&["calibrate", "Si", "--horizon", "0", "-o", out.to_str().unwrap()], 2);
+    let bad = write(&dir, "bad.csv", "material_id,c11\nx,1\n");
+    refused(&["calibrate", &bad, "-o", out.to_str().unwrap()], 2);
+    assert!(!out.exists());
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_error() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_anisobond"))
+        .args(["verify", "prakash"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success() && output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// Rotations, influence tables and the largest bound through the flags.
+#[test]
+fn neighbourhood_flags() {
+    let number = |args: &[&str], path: &str| {
+        let all: Vec<&str> = ["calibrate"].iter().chain(args).chain(&["--json"]).copied().collect();
+        json(&all).pointer(path).unwrap().as_f64().unwrap()
+    };
+    for (shape, axes, bonds) in
+        [("cube", None, 2196.0), ("cuboid", Some("4,5,6"), 1286.0), ("ellipsoid", Some("4,5,6"), 490.0)]
+    {
+        let mut args = vec!["Si", "--horizon", "6", "--shape", shape];
+        args.extend(axes.iter().flat_map(|a| ["--semi-axes", a]));
+        assert_eq!(number(&args, "/neighbourhood/bonds"), bonds);
+    }
+    let turned = number(&["KIO3", "--shape", "cube", "--horizon", "3", "--rotate", "xyz:30,30,30"], "/relative_error");
+    assert!((turned - 0.0318727629).abs() < 5e-11);
+    let bound = number(&["Pyroceram", "--influence", "constant", "--lower-bound", "max"], "/lower_bound");
+    assert!((bound / 0.2386973489e9 - 1.0).abs() < 1e-9);
+    let dir = folder();
+    let hat = write(&dir, "hat.csv", "# r/delta, omega\nr,w\n0,1\n1,0\n");
+    let by_table = number(&["Si", "--influence", &hat, "--horizon", "4"], "/micromodulus/max");
+    let by_name = number(&["Si", "--influence", "hat", "--horizon", "4"], "/micromodulus/max");
+    assert!((by_table / by_name - 1.0).abs() < 1e-12);
+    let millimetres = number(&["Si", "--horizon", "6 mm", "--spacing", "2 mm"], "/neighbourhood/bonds");
+    assert_eq!(millimetres, 122.0);
+}
+
+/// Every command of the README's shell example does what its comment says.
+#[cfg(unix)]
+#[test]
+fn the_readme_commands_run() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let readme = std::fs::read_to_string(root.join("README.md")).unwrap();
+    let block = readme.split("## Ten lines of shell").nth(1).unwrap();
+    let block = block.split("```sh\n").nth(1).unwrap().split("```").next().unwrap();
+    let dir = folder();
+    std::os::unix::fs::symlink(root.canonicalize().unwrap().join("cases"), dir.path().join("cases")).unwrap();
+    std::fs::rename(table_rows(&dir), dir.path().join("crystals.csv")).unwrap();
+    let programs = Path::new(env!("CARGO_BIN_EXE_anisobond")).parent().unwrap();
+    let mut count = 0;
+    for line in block.lines() {
+        let path = format!("{}:{}", programs.display(), std::env::var("PATH").unwrap());
+        let output = Command::new("sh").args(["-ec", line]).current_dir(dir.path()).env("PATH", path).output().unwrap();
+        assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+        if line.contains("--require-exact") {
+            assert!(String::from_utf8(output.stdout).unwrap().ends_with("3\n"));
+        }
+        count += 1;
+    }
+    assert_eq!(count, 10);
+}
