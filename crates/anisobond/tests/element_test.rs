@@ -551,3 +551,48 @@ fn a_loose_packing_says_which_spheres() {
     let message = LatticeStiffness::new(&apart, &rock(Vector3::z())).unwrap_err().to_string();
     assert!(message.contains("no bonds at contact radius 0.9"), "{message}");
 }
+
+/// The nodes that move in some vector of the dense matrix's null space relative to most others.
+fn loose_by_null_space(network: &Network) -> Vec<usize> {
+    let n = network.nodes.len();
+    let k = naive::dense_matrix(network).view((0, 0), (6 * n, 6 * n)).into_owned();
+    let scale: Vec<f64> = (0..6 * n).map(|i| if k[(i, i)] > 0.0 { k[(i, i)].sqrt().recip() } else { 1.0 }).collect();
+    let scaled = nalgebra::DMatrix::from_fn(6 * n, 6 * n, |i, j| k[(i, j)] * scale[i] * scale[j]);
+    let eigen = scaled.symmetric_eigen();
+    let null: Vec<usize> = (0..6 * n).filter(|&m| eigen.eigenvalues[m] < 1e-10).collect();
+    let same = |a: usize, b: usize| {
+        null.iter().all(|&m| {
+            (0..3).all(|i| {
+                let u = |node: usize| eigen.eigenvectors[(6 * node + i, m)] * scale[6 * node + i] / scale[i];
+                (u(a) - u(b)).abs() < 1e-6
+            })
+        })
+    };
+    let held = (0..n).max_by_key(|&r| (0..n).filter(|&i| same(i, r)).count()).unwrap();
+    (0..n).filter(|&i| !same(i, held)).collect()
+}
+
+#[test]
+fn loose_nodes_are_those_of_the_null_space() {
+    let mut found = 0;
+    for seed in 0..12 {
+        let mut network = network(&jittered(3, 100 + seed), 1.3, Vector3::z());
+        // Thin the bonds until some nodes hang.
+        let mut random = Random(seed);
+        network.bonds.retain(|_| random.number() < -0.2);
+        let r = reported(Rotations::Free).run(&network).unwrap();
+        if !r.mechanism.floaters.is_empty() || r.mechanism.parts > 1 {
+            continue;
+        }
+        assert!(r.solver.converged, "{:?}", r.solver);
+        let expected = loose_by_null_space(&network);
+        // Where nearly everything hangs, which nodes are the held ones is a matter of taste.
+        if expected.len() > network.nodes.len() / 2 {
+            continue;
+        }
+        assert_eq!(r.mechanism.loose, expected, "seed {seed}");
+        close(&r.measured, &naive::dense_element_test(&network, true), 1e-8);
+        found += r.mechanism.loose.len();
+    }
+    assert!(found > 5, "{found}");
+}

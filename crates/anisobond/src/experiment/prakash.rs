@@ -70,7 +70,8 @@ fn calibrated(neighbourhood: &Neighbourhood, target: &Stiffness) -> Result<Calib
 
 fn finding(place: &'static str, quantity: impl Into<String>, published: &str, reference: f64, ours: f64) -> Finding {
     let tolerance = NINE_DIGITS * reference.abs();
-    Finding { place, quantity: quantity.into(), published: published.into(), reference, tolerance, ours, note: "" }
+    let (quantity, published) = (quantity.into(), published.into());
+    Finding { place, quantity, published, reference, tolerance, stated_accuracy: 0.0, ours, note: "" }
 }
 
 impl Finding {

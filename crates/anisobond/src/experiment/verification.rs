@@ -29,6 +29,8 @@ pub struct Finding {
     pub reference: f64,
     /// Largest |ours − reference| accepted.
     pub tolerance: f64,
+    /// Relative accuracy that the document itself states for this value; 0 where its printed digits are meant.
+    pub stated_accuracy: f64,
     /// As computed now.
     pub ours: f64,
     /// Why the printed value is wrong; empty where it is not.
@@ -48,13 +50,13 @@ impl Finding {
         if self.printed_to_its_digits() { Verdict::Agrees } else { Verdict::PublishedWrong }
     }
 
-    /// Whether the printed number is ours, to half a unit of its last digit.
+    /// Whether the printed number is ours, to half a unit of its last digit or to the accuracy that the document states.
     fn printed_to_its_digits(&self) -> bool {
         let Ok(value) = self.published.parse::<f64>() else { return false };
         let (mantissa, exponent) = self.published.split_once('e').unwrap_or((&self.published, "0"));
         let decimals = mantissa.split_once('.').map_or(0, |(_, d)| d.len() as i32);
         let last = 10f64.powi(exponent.parse::<i32>().unwrap_or(0) - decimals);
-        (self.ours - value).abs() <= 0.5 * last * (1.0 + 1e-9)
+        (self.ours - value).abs() <= (0.5 * last * (1.0 + 1e-9)).max(self.stated_accuracy * value.abs())
     }
 }
 
@@ -65,7 +67,7 @@ mod tests {
     fn finding(published: &str, ours: f64) -> Verdict {
         let published = published.to_string();
         let quantity = String::new();
-        Finding { place: "", quantity, published, reference: ours, tolerance: 0.0, ours, note: "" }.verdict()
+        Finding { place: "", quantity, published, reference: ours, tolerance: 0.0, stated_accuracy: 0.0, ours, note: "" }.verdict()
     }
 
     #[test]
@@ -82,6 +84,7 @@ mod tests {
             published: "1".into(),
             reference: 1.0,
             tolerance: 0.1,
+            stated_accuracy: 0.0,
             ours: 1.2,
             note: "",
         };

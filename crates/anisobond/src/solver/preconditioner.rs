@@ -4,7 +4,11 @@ use nalgebra::{Matrix3, Matrix6};
 
 use crate::operator::{BondList, NodeField};
 
-/// A pivot or eigenvalue below this share of the block's own is zero: the mode costs no energy.
+/// Cholesky is trusted while every pivot (of a block scaled to a unit diagonal) is above this: the rounding of a singular
+/// block's last pivots is magnified by the small ones before them.
+const DEFINITE: f64 = 1e-6;
+
+/// An eigenvalue below this share of the block's largest is zero: the mode costs no energy.
 const SINGULAR: f64 = 1e-12;
 
 /// The inverse of each node's 6×6 block of K; pseudo-inverse where a block is singular. With blocked rotations the
@@ -50,7 +54,7 @@ fn inverse(block: &Matrix6<f64>) -> Matrix6<f64> {
     let scaled = Matrix6::from_fn(|i, j| block[(i, j)] * scale[i] * scale[j]);
     let inverse = scaled
         .cholesky()
-        .filter(|c| c.l_dirty().diagonal().iter().all(|p| p * p > SINGULAR))
+        .filter(|c| c.l_dirty().diagonal().iter().all(|p| p * p > DEFINITE))
         .map_or_else(|| pseudo_inverse(&scaled), |c| c.inverse());
     Matrix6::from_fn(|i, j| inverse[(i, j)] * scale[i] * scale[j])
 }
