@@ -9,16 +9,28 @@ use serde_json::json;
 
 use crate::{Ending, args, text};
 
-/// A suite: its name, its document, and what computes it; `None` where what it needs is not here.
-type Suite = (&'static str, &'static str, fn(&args::Verify) -> Result<Option<Vec<Finding>>>);
+/// A suite: the document, what recomputes its values (`None` where what that needs is not here), and its misprints
+/// that no value shows.
+struct Suite {
+    name: &'static str,
+    document: &'static str,
+    findings: fn(&args::Verify) -> Result<Option<Vec<Finding>>>,
+    errata: &'static [&'static str],
+}
 
 const SUITES: [Suite; 2] = [
-    (
-        "prakash",
-        "Prakash, A General Numerical Method to Model Anisotropy in Discretized Bond-Based Peridynamics",
-        |_| prakash::findings().map(Some),
-    ),
-    ("smilauer", "Šmilauer, Cross-anisotropy model with discrete elements", smilauer_findings),
+    Suite {
+        name: "prakash",
+        document: "Prakash, A General Numerical Method to Model Anisotropy in Discretized Bond-Based Peridynamics",
+        findings: |_| prakash::findings().map(Some),
+        errata: &prakash::ERRATA,
+    },
+    Suite {
+        name: "smilauer",
+        document: "Šmilauer, Cross-anisotropy model with discrete elements",
+        findings: smilauer_findings,
+        errata: &smilauer::ERRATA,
+    },
 ];
 
 /// Where the reference packing of the cross-anisotropy document lies beside a checkout; it is not shipped.
@@ -44,29 +56,29 @@ fn smilauer_findings(args: &args::Verify) -> Result<Option<Vec<Finding>>> {
 
 pub fn run(args: &args::Verify) -> Result<Ending> {
     let chosen: Vec<&Suite> =
-        SUITES.iter().filter(|s| args.suite.as_ref().is_none_or(|name| name.eq_ignore_ascii_case(s.0))).collect();
+        SUITES.iter().filter(|s| args.suite.as_ref().is_none_or(|name| name.eq_ignore_ascii_case(s.name))).collect();
     if chosen.is_empty() {
-        let names: Vec<&str> = SUITES.iter().map(|s| s.0).collect();
+        let names: Vec<&str> = SUITES.iter().map(|s| s.name).collect();
         let asked = args.suite.as_deref().unwrap_or("");
         return Err(Error::input(format!("unknown suite {asked}"), format!("use one of {}", names.join(", "))));
     }
     let mut deviates = false;
     let mut documents = Vec::new();
     let mut out = String::new();
-    for (name, title, compute) in chosen {
-        let Some(findings) = compute(args)? else { continue };
+    for suite in chosen {
+        let Some(findings) = (suite.findings)(args)? else { continue };
         let count = |v: Verdict| findings.iter().filter(|f| f.verdict() == v).count();
         deviates |= count(Verdict::Deviates) > 0;
         if args.json {
             let all: Vec<_> = findings.iter().map(|f| json!({"verdict": f.verdict(), "finding": f})).collect();
             documents.push(json!({
-                "suite": name, "document": title, "values": findings.len(), "agree": count(Verdict::Agrees),
+                "suite": suite.name, "document": suite.document, "errata": suite.errata, "values": findings.len(), "agree": count(Verdict::Agrees),
                 "unprinted": count(Verdict::Unprinted), "published_wrong": count(Verdict::PublishedWrong),
                 "deviate": count(Verdict::Deviates), "findings": all,
             }));
             continue;
         }
-        out += &format!("{title}\n\n{}", table(&findings, args.brief));
+        out += &format!("{}\n\n{}", suite.document, table(&findings, args.brief));
         out += &format!(
             "\n{} values: {} as printed, {} printed wrong (reasons above), {} not printed, {} of ours deviate\n",
             findings.len(),
@@ -75,6 +87,9 @@ pub fn run(args: &args::Verify) -> Result<Ending> {
             count(Verdict::Unprinted),
             count(Verdict::Deviates)
         );
+        out += "\nmisprints in its formulas\n";
+        suite.errata.iter().for_each(|e| out += &format!("  - {e}\n"));
+        out += "\n";
     }
     if args.json {
         text::print_json(&json!({ "passed": !deviates, "suites": documents }))?;

@@ -396,20 +396,19 @@ fn neighbourhood_flags() {
     assert_eq!(millimetres, 122.0);
 }
 
-/// Every command of the README's shell example does what its comment says.
+/// Every command of the README's shell examples does what its comment says.
 #[cfg(unix)]
 #[test]
 fn the_readme_commands_run() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let readme = std::fs::read_to_string(root.join("README.md")).unwrap();
-    let block = readme.split("## Ten lines of shell").nth(1).unwrap();
-    let block = block.split("```sh\n").nth(1).unwrap().split("```").next().unwrap();
+    let examples = readme.split("## Ten lines of shell").nth(1).unwrap().split("## Ten lines of Rust").next().unwrap();
     let dir = folder();
     std::os::unix::fs::symlink(root.canonicalize().unwrap().join("cases"), dir.path().join("cases")).unwrap();
     std::fs::rename(table_rows(&dir), dir.path().join("crystals.csv")).unwrap();
     let programs = Path::new(env!("CARGO_BIN_EXE_anisobond")).parent().unwrap();
     let mut count = 0;
-    for line in block.lines() {
+    for line in examples.lines().filter(|line| line.starts_with("anisobond ")) {
         let path = format!("{}:{}", programs.display(), std::env::var("PATH").unwrap());
         let output = Command::new("sh").args(["-ec", line]).current_dir(dir.path()).env("PATH", path).output().unwrap();
         assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
@@ -418,7 +417,7 @@ fn the_readme_commands_run() {
         }
         count += 1;
     }
-    assert_eq!(count, 10);
+    assert_eq!(count, 14);
 }
 
 /// The packing of the repository's cases.

@@ -1,7 +1,6 @@
 //! Microplane moduli put on the bonds of a packing (S, "Lattice stiffness tensor").
 
-use nalgebra::{Matrix3, Matrix6, Vector3};
-use serde::Serialize;
+use nalgebra::Matrix6;
 
 use super::microplane::{DirectionModuli, normal_projection, tangential_projection};
 use crate::lattice::{Contact, Lattice};
@@ -77,65 +76,5 @@ impl LatticeStiffness {
             sum += square * (*kn * normal_projection(&n) + *kt * tangential_projection(&n));
         }
         Stiffness::from_mandel(sum / lattice.volume)
-    }
-}
-
-/// What a report says of a lattice's geometry.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ContactStatistics {
-    /// Number of nodes.
-    pub nodes: usize,
-    /// Number of contacts, each once.
-    pub contacts: usize,
-    /// Mean number of contacts per node, 2·contacts/nodes.
-    pub coordination: f64,
-    /// Fewest contacts of a node.
-    pub fewest: usize,
-    /// Most contacts of a node.
-    pub most: usize,
-    /// Shortest contact (m).
-    pub shortest: f64,
-    /// Mean length of a contact (m).
-    pub mean_length: f64,
-    /// Longest contact (m).
-    pub longest: f64,
-    /// Contacts of a sphere with its own image.
-    pub with_own_image: usize,
-    /// Fabric tensor ⟨n⊗n⟩ over the contacts, trace 1; a third of the identity is isotropic (rows).
-    pub fabric: [[f64; 3]; 3],
-    /// 1 − Σ(4/3)π r³/V, overlaps counted twice.
-    pub porosity: f64,
-}
-
-impl ContactStatistics {
-    /// Counts and means of a lattice; of one without contacts all lengths and the fabric are zero.
-    pub fn new(lattice: &Lattice) -> Self {
-        let mut degree = vec![0usize; lattice.packing.len()];
-        let mut fabric = Matrix3::zeros();
-        let (mut shortest, mut longest, mut total) = (f64::INFINITY, 0.0f64, 0.0);
-        for c in &lattice.contacts {
-            degree[c.a as usize] += 1;
-            degree[c.b as usize] += 1;
-            let length = c.branch.norm();
-            let n: Vector3<f64> = c.branch / length;
-            fabric += n * n.transpose();
-            (shortest, longest, total) = (shortest.min(length), longest.max(length), total + length);
-        }
-        let count = lattice.contacts.len();
-        let per_contact = 1.0 / count.max(1) as f64;
-        let solid: f64 = lattice.packing.radii().iter().map(|r| 4.0 / 3.0 * std::f64::consts::PI * r.powi(3)).sum();
-        ContactStatistics {
-            nodes: degree.len(),
-            contacts: count,
-            coordination: 2.0 * count as f64 / degree.len() as f64,
-            fewest: degree.iter().copied().min().unwrap_or(0),
-            most: degree.iter().copied().max().unwrap_or(0),
-            shortest: if count == 0 { 0.0 } else { shortest },
-            mean_length: total * per_contact,
-            longest,
-            with_own_image: lattice.contacts.iter().filter(|c| c.a == c.b).count(),
-            fabric: std::array::from_fn(|i| std::array::from_fn(|j| fabric[(i, j)] * per_contact)),
-            porosity: 1.0 - solid / lattice.volume,
-        }
     }
 }

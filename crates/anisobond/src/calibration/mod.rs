@@ -21,7 +21,7 @@ mod sphere_rule;
 
 pub use best_fit::best_fit_stiffness;
 pub use calibrator::{Calibration, Calibrator, Cause, Infeasibility, LowerBound};
-pub use lattice_stiffness::{ContactStatistics, LatticeStiffness, PI_HAT, lattice_mu};
+pub use lattice_stiffness::{LatticeStiffness, PI_HAT, lattice_mu};
 pub(crate) use microplane::strain_dot;
 pub use microplane::{
     DirectionModuli, EllipticFit, EllipticMicroplane, EllipticModuli, TransverseConstants, axis_of_strike_and_dip,

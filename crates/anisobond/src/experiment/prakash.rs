@@ -11,6 +11,16 @@ use crate::calibration::{Calibration, Calibrator, LowerBound};
 use crate::lattice::{Influence, Neighbourhood, Shape};
 use crate::tensor::{Material, Stiffness, SymmetryClass};
 
+/// Misprints of the document that no printed number shows.
+pub const ERRATA: [&str; 6] = [
+    "eqs (34)-(36) as printed weigh the 21 Voigt components alike; the printed errors follow only with all 81 components",
+    "the power-law influence is 1 − (r/δ)^(3/2); with the printed exponent −3/2 it would be negative inside the horizon",
+    "(64)'s mirrors, their normals 30° apart, generate a six-fold group; R_z(2π/3), not R_z(π/3), belongs to a trigonal crystal",
+    "(65) prints C14 = C56 = −C14 for C14 = C56 = −C24",
+    "\"N/m⁶\" of the examples is GPa/m⁴",
+    "the spinel is MgAl2O4, not MgAl2O2",
+];
+
 /// Relative tolerance against references of nine digits and more.
 const NINE_DIGITS: f64 = 5e-9;
 

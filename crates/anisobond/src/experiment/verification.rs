@@ -67,7 +67,17 @@ mod tests {
     fn finding(published: &str, ours: f64) -> Verdict {
         let published = published.to_string();
         let quantity = String::new();
-        Finding { place: "", quantity, published, reference: ours, tolerance: 0.0, stated_accuracy: 0.0, ours, note: "" }.verdict()
+        Finding {
+            place: "",
+            quantity,
+            published,
+            reference: ours,
+            tolerance: 0.0,
+            stated_accuracy: 0.0,
+            ours,
+            note: "",
+        }
+        .verdict()
     }
 
     #[test]
