@@ -191,6 +191,22 @@ fn describe_test(r: &ElementTestReport) -> String {
         out += &format!("  ν_xy ν_xz ν_yz       {}\n", row([e.nu_xy, e.nu_xz, e.nu_yz]));
         out += &format!("  ν_yx ν_zx ν_zy       {}\n", row([e.nu_yx, e.nu_zx, e.nu_zy]));
     }
+    if let Some(c) = &r.consistency {
+        let couple = |[a, b]: [f64; 2]| format!("{:.2} %", 200.0 * (a - b).abs() / (a.abs() + b.abs()));
+        out += &format!(
+            "  symmetric couples differ by: E_x E_y {}, G_yz G_zx {}, ν_xy ν_yx {}, ν_xz ν_yz {}, ν_zx ν_zy {}\n",
+            couple(c.ex_ey),
+            couple(c.gyz_gzx),
+            couple(c.nu_xy_nu_yx),
+            couple(c.nu_xz_nu_yz),
+            couple(c.nu_zx_nu_zy)
+        );
+        out += &format!(
+            "  dependent: ν_xz = ν_zx E_x/E_z = {:.4}, G_xy = E_x/2(1 + ν_xy) = {:.4} {name}\n",
+            c.dependent_nu_xz,
+            c.dependent_gxy / unit
+        );
+    }
     out += &match r.certificate {
         Checks::Static(c) => format!(
             "static, rotations {}; force balance {:.1e}, asymmetry {:.1e}, energy against stress {:.1e}\n",

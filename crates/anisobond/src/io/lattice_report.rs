@@ -132,6 +132,8 @@ pub struct ElementTestReport {
     pub relative_error: f64,
     /// Engineering constants of the measured tensor; `None` if it is singular.
     pub engineering: Option<Engineering>,
+    /// The consistency of the constants with transverse isotropy about z; `None` where the axis is another.
+    pub consistency: Option<Consistency>,
     /// Whether nodes rotated.
     pub rotations: Rotations,
     /// How it was measured.
@@ -144,6 +146,43 @@ pub struct ElementTestReport {
     pub mechanism: Option<Mechanism>,
     /// How the solver ended.
     pub solver: SolverReport,
+}
+
+/// What transverse isotropy about z makes equal, as S tabulates it: five symmetric couples, and two dependent values
+/// computed from the couples' means.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[allow(missing_docs)] // Pairs of the constants of `Engineering`.
+pub struct Consistency {
+    pub ex_ey: [f64; 2],
+    pub gyz_gzx: [f64; 2],
+    pub nu_xy_nu_yx: [f64; 2],
+    pub nu_xz_nu_yz: [f64; 2],
+    pub nu_zx_nu_zy: [f64; 2],
+    /// ν_xz = ν_zx E_x/E_z.
+    pub dependent_nu_xz: f64,
+    /// G_xy = E_x/2(1 + ν_xy) (Pa).
+    pub dependent_gxy: f64,
+}
+
+impl Consistency {
+    fn new(e: &Engineering) -> Self {
+        let mean = |[a, b]: [f64; 2]| 0.5 * (a + b);
+        let (ex_ey, nu_xy_nu_yx, nu_zx_nu_zy) = ([e.ex, e.ey], [e.nu_xy, e.nu_yx], [e.nu_zx, e.nu_zy]);
+        Consistency {
+            ex_ey,
+            gyz_gzx: [e.gyz, e.gzx],
+            nu_xy_nu_yx,
+            nu_xz_nu_yz: [e.nu_xz, e.nu_yz],
+            nu_zx_nu_zy,
+            dependent_nu_xz: mean(nu_zx_nu_zy) * mean(ex_ey) / e.ez,
+            dependent_gxy: mean(ex_ey) / (2.0 * (1.0 + mean(nu_xy_nu_yx))),
+        }
+    }
+
+    /// For a test whose axis is z.
+    fn about(axis: &[f64; 3], e: Option<&Engineering>) -> Option<Self> {
+        (axis[2].abs() > 1.0 - 1e-9).then(|| e.map(Consistency::new)).flatten()
+    }
 }
 
 /// How a stiffness is measured.
@@ -179,11 +218,14 @@ impl ElementTestReport {
     /// # Errors
     /// As [`LatticeReport::new`].
     pub fn of_static(material: &Material, study: &LatticeStudy, r: &ElementTestResult) -> Result<Self> {
+        let lattice = LatticeReport::new(material, study)?;
+        let engineering = r.engineering.map(Engineering::from);
         Ok(ElementTestReport {
-            lattice: LatticeReport::new(material, study)?,
             measured: r.measured.voigt_rows(),
             relative_error: study.fit.prescribed.relative_error(&r.measured),
-            engineering: r.engineering.map(Engineering::from),
+            consistency: Consistency::about(&lattice.axis, engineering.as_ref()),
+            lattice,
+            engineering,
             rotations: r.rotations,
             method: Method::Static,
             strain: 0.0,
@@ -207,11 +249,14 @@ impl ElementTestReport {
         let e = r.engineering;
         let couples = [(e.nu12 / e.e1, e.nu21 / e.e2), (e.nu13 / e.e1, e.nu31 / e.e3), (e.nu23 / e.e2, e.nu32 / e.e3)];
         let asymmetry = couples.iter().map(|(a, b)| 2.0 * (a - b).abs() / (a.abs() + b.abs())).fold(0.0, f64::max);
+        let lattice = LatticeReport::new(material, study)?;
+        let engineering = Engineering::from(e);
         Ok(ElementTestReport {
-            lattice: LatticeReport::new(material, study)?,
             measured: measured.voigt_rows(),
             relative_error: study.fit.prescribed.relative_error(&measured),
-            engineering: Some(Engineering::from(e)),
+            consistency: Consistency::about(&lattice.axis, Some(&engineering)),
+            lattice,
+            engineering: Some(engineering),
             rotations: r.rotations,
             method: Method::Dynamic,
             strain: r.strain,
