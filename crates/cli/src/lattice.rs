@@ -40,8 +40,8 @@ pub fn run(args: &args::Lattice) -> Result<Ending> {
     if args.json {
         text::print_json(&report)?;
     } else {
-        let columns =
-            [("prescribed", &report.prescribed), ("lattice", &report.lattice), ("best fit", &report.best_fit)];
+        let mut columns = vec![("prescribed", &report.prescribed), ("lattice", &report.lattice)];
+        columns.extend(report.best_fit.iter().map(|c| ("best fit", c)));
         text::print(&(describe(&report) + &components(&columns)))?;
     }
     Ok(Ending::Done)
@@ -177,12 +177,10 @@ fn components(columns: &[(&str, &Voigt)]) -> String {
 fn describe_test(r: &ElementTestReport) -> String {
     let (unit, name) = text::stress_unit(text::largest(&r.lattice.prescribed));
     let mut out = describe(&r.lattice);
-    out += &components(&[
-        ("prescribed", &r.lattice.prescribed),
-        ("lattice", &r.lattice.lattice),
-        ("measured", &r.measured),
-        ("best fit", &r.lattice.best_fit),
-    ]);
+    let mut columns =
+        vec![("prescribed", &r.lattice.prescribed), ("lattice", &r.lattice.lattice), ("measured", &r.measured)];
+    columns.extend(r.lattice.best_fit.iter().map(|c| ("best fit", c)));
+    out += &components(&columns);
     out += &format!("\nmeasured is {} % away from prescribed\n", text::number(100.0 * r.relative_error));
     if let Some(e) = &r.engineering {
         let row = |values: [f64; 3]| values.map(|x| format!("{x:>10.4}")).concat();

@@ -1,11 +1,15 @@
 //! `anisobond pack`.
 
+use std::ops::ControlFlow;
 use std::path::Path;
 
 use anisobond::io::{parse_length, read_packing, write_packing};
-use anisobond::lattice::generate::{Crystal, Extent, Outcome, Radii, RandomPacking, Share, Target, crystal, random};
+use anisobond::lattice::generate::{
+    Crystal, Extent, Outcome, Radii, RandomPacking, Share, Target, crystal, random_observed,
+};
 use anisobond::lattice::{Packing, PackingStatistics};
 use anisobond::{Error, Result};
+use indicatif::ProgressBar;
 use serde_json::json;
 
 use crate::{Ending, args, text};
@@ -73,8 +77,17 @@ fn packing(args: &args::Pack) -> Result<Made> {
         None => Target::Porosity(args.porosity.unwrap_or(USUAL_POROSITY)),
     };
     let radii = radii(args, radius)?;
-    let generated =
-        random(&RandomPacking { extent, radii, target, contact_radius: args.contact_radius, seed: args.seed })?;
+    let wanted = RandomPacking { extent, radii, target, contact_radius: args.contact_radius, seed: args.seed };
+    let spinner = ProgressBar::new_spinner();
+    spinner.enable_steady_tick(std::time::Duration::from_millis(100));
+    let generated = random_observed(&wanted, &mut |p| {
+        spinner.set_message(format!(
+            "packing {}: {} steps, largest overlap {:.1e}",
+            p.trial, p.iterations, p.largest_overlap
+        ));
+        ControlFlow::Continue(())
+    })?;
+    spinner.finish_and_clear();
     Ok((generated.packing, Some(generated.report)))
 }
 

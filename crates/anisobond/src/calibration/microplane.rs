@@ -191,24 +191,27 @@ impl EllipticModuli {
             let [en_a, en_b, et_a, et_b] = moduli.as_array().map(|e| e.max(0.0));
             return Ok(EllipticModuli { en_a, en_b, et_a, et_b });
         }
+        let megapascals = |name: &str, value: f64| format!("{name} = {} MPa", value.round() / 1e6);
+        let given: Vec<String> = CONSTANTS.iter().zip(constants.iter()).map(|(n, v)| megapascals(n, *v)).collect();
         let ways: Vec<String> = CONSTANTS
             .iter()
             .zip(c.nearest_admissible())
-            .map(|(name, value)| match value {
-                Some(value) => format!("{name} = {:.6} MPa", 1e-6 * value),
-                None => format!("no value of {name}"),
-            })
+            .filter_map(|(name, value)| Some(megapascals(name, value?)))
             .collect();
+        let remedy = if ways.is_empty() {
+            "no change of one constant alone makes it admissible; the material is too far from what normal and \
+             tangential bonds can do"
+                .to_string()
+        } else {
+            format!("change one constant alone to the nearest that is admissible: {}", ways.join(", or "))
+        };
         Err(Error::input(
             format!(
-                "the elliptic interpolation needs a negative modulus for these constants: {} (C11 = {}, C33 = {}, C13 = {}, C12 = {} MPa)",
+                "the elliptic interpolation needs a negative modulus for these constants: {} ({})",
                 negative.join(", "),
-                1e-6 * c.c11,
-                1e-6 * c.c33,
-                1e-6 * c.c13,
-                1e-6 * c.c12
+                given.join(", ")
             ),
-            format!("change one constant alone to the nearest that is admissible: {}", ways.join(", or ")),
+            remedy,
         ))
     }
 

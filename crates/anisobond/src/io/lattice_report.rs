@@ -42,8 +42,9 @@ pub struct LatticeReport {
     pub prescribed: Voigt,
     /// Summed over the lattice at uniform strain, an upper bound (Voigt, Pa).
     pub lattice: Voigt,
-    /// Best-fit estimate, the lower companion (Voigt, Pa).
-    pub best_fit: Voigt,
+    /// Best-fit estimate, the lower companion (Voigt, Pa); `None` where it has no meaning, as for bonds without
+    /// tangential stiffness.
+    pub best_fit: Option<Voigt>,
 }
 
 /// C44 as given and as the elliptic interpolation has it (Pa).
@@ -59,7 +60,7 @@ impl LatticeReport {
     /// Describe a lattice.
     ///
     /// # Errors
-    /// A lattice whose statistics or best-fit estimate cannot be had.
+    /// A lattice whose statistics cannot be had.
     pub fn new(material: &Material, study: &LatticeStudy) -> Result<Self> {
         let statistics = study.lattice.statistics()?;
         let fit = &study.fit;
@@ -78,7 +79,7 @@ impl LatticeReport {
             c44: DependentComponent { given: fit.given_c44, dependent: fit.dependent_c44 },
             prescribed: fit.prescribed.voigt_rows(),
             lattice: study.summed().voigt_rows(),
-            best_fit: study.best_fit()?.voigt_rows(),
+            best_fit: study.best_fit().ok().map(|c| c.voigt_rows()),
         })
     }
 }
