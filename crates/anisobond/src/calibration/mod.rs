@@ -13,6 +13,7 @@ mod best_fit;
 mod calibrator;
 mod dual_newton;
 mod lattice_stiffness;
+mod micropolar;
 mod microplane;
 pub mod naive;
 mod nnls;
@@ -27,4 +28,9 @@ pub use microplane::{
     DirectionModuli, EllipticFit, EllipticMicroplane, EllipticModuli, TransverseConstants, axis_of_strike_and_dip,
     microplane_stiffness, normal_projection, tangential_projection, unit_axis,
 };
+pub use micropolar::{
+    MicropolarCalibration, MicropolarCalibrator, MicropolarInfeasibility, Promise, sum_for_free_rotations,
+    with_free_rotations,
+};
+pub(crate) use micropolar::{tensor_coordinates, tensor_of_coordinates};
 pub use sphere_rule::SphereRule;
