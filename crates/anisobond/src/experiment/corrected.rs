@@ -231,7 +231,8 @@ impl Correction {
         let (mut network, unit) = unit_network(lattice)?;
         let mut test = self.measure(&mut network, &unit, form, &starts[0])?;
         let mut state = Corrected::new(starts[0], form.error(&test.measured), &test, &unit);
-        for start in starts[1..].iter().filter(|_| state.history[0] > POOR_START) {
+        let others = if state.error() > POOR_START { &starts[1..] } else { &[] };
+        for start in others {
             let other = self.measure(&mut network, &unit, form, start)?;
             let error = form.error(&other.measured);
             state.tests += 1;
