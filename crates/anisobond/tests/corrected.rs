@@ -115,19 +115,27 @@ fn general_moduli_meet_all_components() {
     }
 }
 
-/// Far beyond reach (Poisson's ratio 0.4, or a crystal with a large gap): said, with the nearest found.
+/// Told, with the nearest that was found: no lattice of this kind has Poisson's ratio 0.4.
 #[test]
 fn targets_out_of_reach_are_told() {
+    out_of_reach(&Stiffness::isotropic(4e9, 1e9), 0.4);
+}
+
+/// A crystal whose bonds' moduli would span three decades; slow, for every bond at the floor costs iterations.
+#[test]
+#[ignore = "ten seconds in the dev profile"]
+fn crystals_out_of_reach_are_told() {
+    out_of_reach(&Material::builtin("Te2W").unwrap().stiffness, 0.2);
+}
+
+fn out_of_reach(target: &Stiffness, nearest: f64) {
     let lattice = lattice();
-    let far = Stiffness::isotropic(4e9, 1e9);
-    for target in [far, Material::builtin("Te2W").unwrap().stiffness] {
-        let r = quick().general(&lattice, &target).unwrap();
-        check(&lattice, &r);
-        println!("{:?}", r.report);
-        assert!(!r.report.converged && r.report.error > 0.02);
-        assert!(r.report.history.windows(2).all(|w| w[1] < w[0]));
-        assert!(r.report.at_floor > 0);
-    }
+    let r = quick().general(&lattice, target).unwrap();
+    check(&lattice, &r);
+    println!("{:?}", r.report);
+    assert!(!r.report.converged && r.report.out_of_reach && r.report.error > 0.02 && r.report.error < nearest);
+    assert!(r.report.history.windows(2).all(|w| w[1] < w[0]));
+    assert!(r.report.at_floor > 0);
 }
 
 #[test]
@@ -142,8 +150,8 @@ fn wrong_input_is_refused() {
     assert!(quick().general_from(&lattice, &Stiffness::isotropic(1.0, 1.0), &nowhere).is_err());
 }
 
-/// The reference packing, measured within 0.1 % of the target in at most six corrections, all stiffnesses positive.
-fn reference_packing(contact_radius: f64) -> Option<()> {
+/// The document's rock on the reference packing, or `None` where the data is absent.
+fn reference_study(contact_radius: f64) -> Option<LatticeStudy> {
     let text = common::shared_data("woo-packing-2556.txt")?;
     let mut lines = text.lines();
     let numbers = |line: &str| line.split_whitespace().filter_map(|x| x.parse().ok()).collect::<Vec<f64>>();
@@ -152,27 +160,57 @@ fn reference_packing(contact_radius: f64) -> Option<()> {
     let centres = rows.iter().map(|r| Vector3::new(r[0], r[1], r[2])).collect();
     let radii = rows.iter().map(|r| r[3]).collect();
     let packing = Packing::new(Some(Vector3::new(cell[0], cell[1], cell[2])), centres, radii).unwrap();
-    let study = LatticeStudy::new(packing, &ROCK.stiffness(&Vector3::z()), &Vector3::z(), contact_radius).unwrap();
+    Some(LatticeStudy::new(packing, &ROCK.stiffness(&Vector3::z()), &Vector3::z(), contact_radius).unwrap())
+}
+
+/// Measured within 0.1 % of the target in a few corrections (three are used at 1.2), all stiffnesses positive.
+fn reference_packing(contact_radius: f64, corrections: usize) {
+    let Some(study) = reference_study(contact_radius) else { return };
     let correction = Correction { tolerance: 1e-3, ..Correction::default() };
     let start = std::time::Instant::now();
     let r = correction.elliptic(&study.lattice, &study.fit).unwrap();
     println!("{contact_radius} {:?} {:?} {:?}", start.elapsed(), r.report, r.moduli);
-    assert!(r.report.converged && r.report.corrections <= 6);
+    assert!(r.report.converged && r.report.error < 1e-3 && r.report.corrections <= corrections);
     assert!(r.report.smallest_normal > 0.0 && r.report.smallest_tangential > 0.0);
-    Some(())
 }
 
 #[test]
 fn reference_packing_at_1_2() {
-    reference_packing(1.2);
+    reference_packing(1.2, 3);
 }
 
 #[test]
 fn reference_packing_at_1_4() {
-    reference_packing(1.4);
+    reference_packing(1.4, 2);
 }
 
 #[test]
 fn reference_packing_at_1_8() {
-    reference_packing(1.8);
+    reference_packing(1.8, 1);
+}
+
+/// All 21 components of the rock and of a triclinic tensor near it, measured on the reference packing.
+fn reference_packing_in_all_components(contact_radius: f64) {
+    let Some(study) = reference_study(contact_radius) else { return };
+    let n = Vector3::new(0.6, -0.3, 0.5).normalize();
+    let triclinic = study.fit.prescribed.mandel() + 3e7 * anisobond::calibration::normal_projection(&n);
+    for target in [study.fit.prescribed, Stiffness::from_mandel(triclinic)] {
+        let start = std::time::Instant::now();
+        let r = Correction::default().general_from(&study.lattice, &target, &study.fit.microplane).unwrap();
+        println!("{contact_radius} {:?} {:?}", start.elapsed(), r.report);
+        assert!(r.report.converged && r.report.tensor_error < 1e-3 && r.report.corrections <= 6);
+        assert!(r.report.smallest_normal > 0.0 && r.report.smallest_tangential > 0.0);
+    }
+}
+
+#[test]
+fn reference_packing_in_all_components_at_1_4() {
+    reference_packing_in_all_components(1.4);
+}
+
+#[test]
+#[ignore = "ten seconds in the dev profile"]
+fn reference_packing_in_all_components_at_1_2_and_1_8() {
+    reference_packing_in_all_components(1.2);
+    reference_packing_in_all_components(1.8);
 }

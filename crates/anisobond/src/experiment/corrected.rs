@@ -8,7 +8,9 @@
 use nalgebra::{Rotation3, SMatrix, SVector, Vector3};
 use serde::Serialize;
 
-use super::element_test::{BondDeformation, ElementTest, ElementTestResult, Fields, bond_deformations, sensitivity};
+use super::element_test::{
+    BondDeformation, ElementTest, ElementTestResult, Fields, Mechanisms, bond_deformations, sensitivity,
+};
 use crate::calibration::{
     DirectionModuli, EllipticFit, EllipticMicroplane, EllipticModuli, LatticeStiffness, TransverseConstants,
     normal_projection, tangential_projection, tensor_coordinates, tensor_of_coordinates,
@@ -230,15 +232,18 @@ impl Correction {
     ) -> Result<Corrected<P>> {
         let (mut network, unit) = unit_network(lattice)?;
         let mut test = self.measure(&mut network, &unit, form, &starts[0])?;
-        let mut state = Corrected::new(starts[0], form.error(&test.measured), &test, &unit);
+        let mut state = Corrected::new(starts[0], self.error(form, &test), &test, &unit);
         let others = if state.error() > POOR_START { &starts[1..] } else { &[] };
         for start in others {
             let other = self.measure(&mut network, &unit, form, start)?;
-            let error = form.error(&other.measured);
+            let error = self.error(form, &other);
             state.tests += 1;
             if error < state.error() {
                 (state.parameters, state.history, test) = (*start, vec![error], other);
             }
+        }
+        if state.error().is_infinite() {
+            test.mechanism.refuse()?;
         }
         while state.error() > self.tolerance && state.history.len() <= self.most_corrections && !state.out_of_reach {
             let fields = test.fields.take().unwrap_or_else(|| no_fields(network.nodes.len()));
@@ -251,7 +256,7 @@ impl Correction {
                 let parameters = form.corrected(&unit, &network, &fields, &state.parameters, &aim);
                 let next = self.measure(&mut network, &unit, form, &parameters)?;
                 state.tests += 1;
-                let error = form.error(&next.measured);
+                let error = self.error(form, &next);
                 if error < (1.0 - LEAST_GAIN) * state.error() {
                     state.parameters = parameters;
                     state.history.push(error);
@@ -279,7 +284,14 @@ impl Correction {
         parameters: &SVector<f64, P>,
     ) -> Result<ElementTestResult> {
         form.put(unit, parameters, network);
-        ElementTest { fields: true, ..self.test }.run(network)
+        ElementTest { fields: true, mechanisms: Mechanisms::Report, ..self.test }.run(network)
+    }
+
+    /// The error of a test; one of a mechanism does not count, unless mechanisms are only to be reported.
+    fn error<const P: usize>(&self, form: &impl Form<P>, test: &ElementTestResult) -> f64 {
+        let stands = self.test.mechanisms == Mechanisms::Report || test.mechanism.refuse().is_ok();
+        let error = form.error(&test.measured);
+        if stands && error.is_finite() { error } else { f64::INFINITY }
     }
 }
 
