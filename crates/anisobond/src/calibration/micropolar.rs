@@ -389,7 +389,7 @@ fn relax(sum: &Stiffness, fabric: &Matrix3<f64>) -> Stiffness {
 }
 
 /// The tensor that a perfect grid of one kind of node has when its nodes rotate freely, from its sum over normal and
-/// tangential bonds (THEORY: C_eff = C − Bᵀ D_r⁻¹ B). It depends on the sum alone: normal bonds resist no rotation, and
+/// tangential bonds, C_eff = C − Bᵀ D_r⁻¹ B. It depends on the sum alone: normal bonds resist no rotation, and
 /// what the tangential ones do shows in the Cauchy defect. `None` for a tensor that is no such sum because an eigenvalue
 /// of its defect is above half of the trace (or the trace is negative).
 pub fn with_free_rotations(sum: &Stiffness) -> Option<Stiffness> {

@@ -6,6 +6,8 @@
 //! c ≥ l reaches S, non-negative least squares (`nnls`) gives the closest reachable tensor and, as its residual,
 //! the certificate.
 //!
+//! [`MicropolarCalibrator`] is the same in all 21 dimensions for normal and tangential bonds.
+//!
 //! On sphere packings the bonds' stiffnesses come from direction-dependent moduli instead ([`EllipticFit`],
 //! [`LatticeStiffness`]).
 

@@ -115,7 +115,7 @@ pub enum CorrectedModuli {
     /// E_N(n) = max(f, E_N⁰(n) + N:Y), E_T(n) = max(f, E_T⁰(n) + T:Y): N:Y and T:Y are even harmonics up to degree 4.
     General {
         /// The tensor Y (Pa), as a stiffness.
-        change: Stiffness,
+        change: Box<Stiffness>,
         /// The floor f (Pa).
         floor: f64,
     },
@@ -206,7 +206,7 @@ impl Correction {
         let still = no_fields(network.nodes.len());
         let voigt = form.corrected(&unit, &network, &still, &SVector::zeros(), target);
         let corrected = self.iterate(lattice, &form, &[voigt, SVector::zeros()])?;
-        let change = Stiffness::from_mandel(tensor_of_coordinates(&corrected.parameters));
+        let change = Box::new(Stiffness::from_mandel(tensor_of_coordinates(&corrected.parameters)));
         let moduli = CorrectedModuli::General { change, floor: form.floor };
         Ok(corrected.finished(CorrectionForm::General, moduli, *target, self))
     }
