@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::dual_newton;
 use super::nnls;
-use super::rays::{PerRay, Rays, at, set};
+use super::rays::{Coordinates, PerRay, Rays, at, set};
 use crate::lattice::Neighbourhood;
 use crate::tensor::{MONOMIALS, Quartic, Stiffness, cauchy_coordinates, quartic_of, quartic_weights, tensor_of};
 use crate::{Error, Result};
@@ -123,9 +123,9 @@ pub struct Calibrator<'a> {
     /// Largest s (m⁴).
     share_unit: f64,
     /// One ray per distinct direction (bound 0: bonds of one direction share one coefficient).
-    by_direction: Rays,
+    by_direction: Rays<15>,
     /// One ray per distinct direction and share (bound above 0), with the ray of every bond; made when first needed.
-    by_share: OnceLock<(Rays, Vec<u32>)>,
+    by_share: OnceLock<(Rays<15>, Vec<u32>)>,
 }
 
 impl<'a> Calibrator<'a> {
@@ -271,7 +271,14 @@ impl<'a> Calibrator<'a> {
 
     /// Least norm for a goal (span coordinates) on the cone's border: every bond that `away`, a unit vector with
     /// v·away ≤ 0 for all rays, leaves below zero stays at the bound; the others are solved for.
-    fn solve_on_face(&self, rays: &Rays, ray_of_bond: &[u32], goal: &Quartic, bound: f64, away: &Quartic) -> Solution {
+    fn solve_on_face(
+        &self,
+        rays: &Rays<15>,
+        ray_of_bond: &[u32],
+        goal: &Quartic,
+        bound: f64,
+        away: &Quartic,
+    ) -> Solution {
         let leaning = rays.project(away);
         let (face, off_face): (Vec<usize>, Vec<usize>) =
             (0..rays.len()).partition(|&i| rays.quartic(i).dot(&leaning) >= -ON_FACE);
@@ -331,7 +338,7 @@ impl<'a> Calibrator<'a> {
     }
 
     /// The rays to solve on, and the ray of every bond.
-    fn rays(&self, bound: f64) -> (&Rays, &[u32]) {
+    fn rays(&self, bound: f64) -> (&Rays<15>, &[u32]) {
         if bound == 0.0 {
             return (&self.by_direction, &self.direction_of_bond);
         }
@@ -405,7 +412,13 @@ fn one_everywhere() -> Quartic {
 
 /// Add as much of a certificate (zero on the face, negative off it) to a dual vector as keeps every bond off the face
 /// at the bound, so that c = max(l, s p) holds for all bonds.
-fn push_below_bound(rays: &Rays, off_face: &[usize], bound: f64, dual: &Quartic, away: &Quartic) -> Quartic {
+pub(super) fn push_below_bound<const D: usize>(
+    rays: &Rays<D>,
+    off_face: &[usize],
+    bound: f64,
+    dual: &Coordinates<D>,
+    away: &Coordinates<D>,
+) -> Coordinates<D> {
     let (p, q) = (rays.project(dual), rays.project(away));
     let push = off_face
         .iter()
@@ -418,7 +431,7 @@ fn push_below_bound(rays: &Rays, off_face: &[usize], bound: f64, dual: &Quartic,
 }
 
 /// The primitive integer vector along an offset, one of the two signs.
-fn primitive_direction(offset: [i32; 3]) -> [i32; 3] {
+pub(super) fn primitive_direction(offset: [i32; 3]) -> [i32; 3] {
     let divisor = offset.iter().fold(0, |a, &b| gcd(a, b.abs()));
     let sign = offset.iter().rev().find(|&&x| x != 0).map_or(1, |x| x.signum());
     offset.map(|x| sign * x / divisor)

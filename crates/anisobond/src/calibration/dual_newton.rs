@@ -4,13 +4,12 @@
 //! g(y) = S·y − Σ w h(s v·y), h(t) = t²/2 for t ≥ l, l t − l²/2 below, with gradient S − Σ w s c v at
 //! c = max(l, s v·y) and generalised Hessian −Σ_{s v·y > l} w s² v vᵀ.
 
-use super::rays::{PerRay, Rays, add_outer, at, factor, set};
-use crate::tensor::Quartic;
+use super::rays::{Coordinates, PerRay, Rays, Square, add_outer, at, factor, set};
 
 /// How a dual ascent ended.
-pub struct DualOutcome {
+pub struct DualOutcome<const D: usize> {
     /// Dual vector, in the rays' span coordinates.
-    pub y: Quartic,
+    pub y: Coordinates<D>,
     /// c of every ray.
     pub c: PerRay,
     /// Newton steps taken; 0 when the pseudo-inverse was already optimal.
@@ -30,7 +29,12 @@ const UNBOUNDED: f64 = 1e8;
 
 /// Maximise the dual for a target in span coordinates and a lower bound l in at most so many steps; the caller judges
 /// the residual.
-pub fn maximise(rays: &Rays, target: &Quartic, lower_bound: f64, most_iterations: usize) -> DualOutcome {
+pub fn maximise<const D: usize>(
+    rays: &Rays<D>,
+    target: &Coordinates<D>,
+    lower_bound: f64,
+    most_iterations: usize,
+) -> DualOutcome<D> {
     let norm = target.norm();
     let mut y = rays.pseudo_inverse(target);
     let mut p = rays.zeros();
@@ -68,7 +72,7 @@ pub fn maximise(rays: &Rays, target: &Quartic, lower_bound: f64, most_iterations
 }
 
 /// c = max(l, s p).
-fn values(rays: &Rays, p: &PerRay, lower_bound: f64, c: &mut PerRay) {
+fn values<const D: usize>(rays: &Rays<D>, p: &PerRay, lower_bound: f64, c: &mut PerRay) {
     for ((c, p), s) in c.iter_mut().zip(p).zip(rays.share()) {
         for lane in 0..c.len() {
             c[lane] = lower_bound.max(s[lane] * p[lane]);
@@ -78,13 +82,19 @@ fn values(rays: &Rays, p: &PerRay, lower_bound: f64, c: &mut PerRay) {
 
 /// Remove the residual that rounding of v·y leaves when y is large: the same Newton correction, applied to c itself on
 /// the rays above the bound, as long as it leaves the others below it.
-fn polish(rays: &Rays, target: &Quartic, lower_bound: f64, y: &mut Quartic, c: &mut PerRay) {
+fn polish<const D: usize>(
+    rays: &Rays<D>,
+    target: &Coordinates<D>,
+    lower_bound: f64,
+    y: &mut Coordinates<D>,
+    c: &mut PerRay,
+) {
     let norm = target.norm();
     let mut before = (target - rays.tensor(c)).norm();
     if before <= CONVERGED * norm || before > ROUNDING * norm {
         return;
     }
-    let mut active = super::rays::QuarticMatrix::zeros();
+    let mut active = Square::zeros();
     for i in 0..rays.len() {
         if at(c, i) > lower_bound {
             add_outer(&mut active, rays.row(i), at(rays.weight(), i) * at(rays.share(), i).powi(2));
@@ -117,18 +127,18 @@ fn polish(rays: &Rays, target: &Quartic, lower_bound: f64, y: &mut Quartic, c: &
 }
 
 /// Σ w s² v vᵀ over the rays above the bound, kept up to date as rays change sides.
-struct Hessian {
-    matrix: super::rays::QuarticMatrix,
+struct Hessian<const D: usize> {
+    matrix: Square<D>,
     above: Vec<bool>,
     rank: usize,
 }
 
-impl Hessian {
-    fn new(rays: &Rays) -> Self {
+impl<const D: usize> Hessian<D> {
+    fn new(rays: &Rays<D>) -> Self {
         Hessian { matrix: *rays.gram(), above: vec![true; rays.len()], rank: rays.rank() }
     }
 
-    fn follow(&mut self, rays: &Rays, p: &PerRay, lower_bound: f64) {
+    fn follow(&mut self, rays: &Rays<D>, p: &PerRay, lower_bound: f64) {
         for (i, above) in self.above.iter_mut().enumerate() {
             let s = at(rays.share(), i);
             let now = s * at(p, i) > lower_bound;
@@ -140,7 +150,7 @@ impl Hessian {
         }
     }
 
-    fn solve(&self, gradient: &Quartic) -> Quartic {
+    fn solve(&self, gradient: &Coordinates<D>) -> Coordinates<D> {
         factor(&self.matrix, self.rank).solve(gradient)
     }
 }
@@ -148,7 +158,13 @@ impl Hessian {
 /// The step that maximises the dual along a direction: the root of its decreasing, piecewise linear slope
 /// S·d − Σ w s q max(l, s (p + t q)). The full Newton step is taken when it is good enough; `None` when the slope stays
 /// positive for ever, so that no primal solution exists.
-fn line_search(rays: &Rays, target_slope: f64, p: &PerRay, q: &PerRay, lower_bound: f64) -> Option<f64> {
+fn line_search<const D: usize>(
+    rays: &Rays<D>,
+    target_slope: f64,
+    p: &PerRay,
+    q: &PerRay,
+    lower_bound: f64,
+) -> Option<f64> {
     let slope = |t: f64| -> f64 {
         let mut sum = [0.0; 8];
         for (((p, q), s), w) in p.iter().zip(q).zip(rays.share()).zip(rays.weight()) {

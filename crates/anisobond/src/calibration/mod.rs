@@ -6,6 +6,8 @@
 //! c ≥ l reaches S, non-negative least squares (`nnls`) gives the closest reachable tensor and, as its residual,
 //! the certificate.
 //!
+//! [`MicropolarCalibrator`] is the same in all 21 dimensions for normal and tangential bonds.
+//!
 //! On sphere packings the bonds' stiffnesses come from direction-dependent moduli instead ([`EllipticFit`],
 //! [`LatticeStiffness`]).
 
@@ -13,6 +15,7 @@ mod best_fit;
 mod calibrator;
 mod dual_newton;
 mod lattice_stiffness;
+mod micropolar;
 mod microplane;
 pub mod naive;
 mod nnls;
@@ -27,4 +30,9 @@ pub use microplane::{
     DirectionModuli, EllipticFit, EllipticMicroplane, EllipticModuli, TransverseConstants, axis_of_strike_and_dip,
     microplane_stiffness, normal_projection, tangential_projection, unit_axis,
 };
+pub use micropolar::{
+    MicropolarCalibration, MicropolarCalibrator, MicropolarInfeasibility, Promise, sum_for_free_rotations,
+    with_free_rotations,
+};
+pub(crate) use micropolar::{tensor_coordinates, tensor_of_coordinates};
 pub use sphere_rule::SphereRule;

@@ -1,8 +1,7 @@
-//! Non-negative least squares in 15 dimensions (Lawson & Hanson 1974), with its optimality re-checked: the distance of
+//! Non-negative least squares in 15 or 21 dimensions (Lawson & Hanson 1974), with its optimality re-checked: the distance of
 //! a target from the cone of the rays, and the direction that proves it.
 
-use super::rays::Rays;
-use crate::tensor::Quartic;
+use super::rays::{Coordinates, Rays, Square};
 
 /// A ray enters when it leans on the residual by more than this (cosine, v and r at unit length).
 const ENTERS: f64 = 1e-13;
@@ -12,16 +11,16 @@ const IN_CONE: f64 = 1e-14;
 
 /// Target minus the closest point of the cone { Σ x v : x ≥ 0 }, in the rays' span coordinates; zero when the target is
 /// in the cone. It satisfies v·r ≤ 0 for all rays and r·target = ‖r‖²: a Farkas certificate.
-pub fn closest(rays: &Rays, target: &Quartic) -> Quartic {
+pub fn closest<const D: usize>(rays: &Rays<D>, target: &Coordinates<D>) -> Coordinates<D> {
     let norm = target.norm();
     let mut passive: Vec<(usize, f64)> = Vec::new();
     let mut residual = *target;
     let mut leaning = rays.zeros();
     let mut refused: Vec<usize> = Vec::new();
     // Each ray enters a handful of times at most; the bound only guards against cycling on ties.
-    for _ in 0..30 * 15 + rays.len() {
+    for _ in 0..30 * D + rays.len() {
         if residual.norm() <= IN_CONE * norm {
-            return Quartic::zeros();
+            return Coordinates::zeros();
         }
         let direction = residual.normalize();
         rays.forms(&direction, &mut leaning);
@@ -56,7 +55,11 @@ pub fn closest(rays: &Rays, target: &Quartic) -> Quartic {
 /// Make the coefficients of the passive rays the least-squares ones, dropping rays that would turn negative on the way
 /// (Lawson & Hanson's inner loop). Returns the residual, or `None` (passive set unchanged but for the last entry taken
 /// back) when the newest ray depends on the others.
-fn settle(rays: &Rays, target: &Quartic, passive: &mut Vec<(usize, f64)>) -> Option<Quartic> {
+fn settle<const D: usize>(
+    rays: &Rays<D>,
+    target: &Coordinates<D>,
+    passive: &mut Vec<(usize, f64)>,
+) -> Option<Coordinates<D>> {
     let before = passive[..passive.len() - 1].to_vec();
     loop {
         let Some((solution, residual)) = least_squares(rays, target, passive) else {
@@ -100,15 +103,19 @@ fn settle(rays: &Rays, target: &Quartic, passive: &mut Vec<(usize, f64)>) -> Opt
 
 /// Coefficients and residual of the unconstrained least-squares problem on a few rays, by Gram-Schmidt carried out
 /// twice; `None` when the rays depend on each other.
-fn least_squares(rays: &Rays, target: &Quartic, passive: &[(usize, f64)]) -> Option<(Vec<f64>, Quartic)> {
+fn least_squares<const D: usize>(
+    rays: &Rays<D>,
+    target: &Coordinates<D>,
+    passive: &[(usize, f64)],
+) -> Option<(Vec<f64>, Coordinates<D>)> {
     let count = passive.len();
-    if count > 15 {
+    if count > D {
         return None;
     }
-    let mut q: Vec<Quartic> = Vec::with_capacity(count);
-    let mut r = nalgebra::SMatrix::<f64, 15, 15>::zeros();
+    let mut q: Vec<Coordinates<D>> = Vec::with_capacity(count);
+    let mut r = Square::<D>::zeros();
     for (column, &(ray, _)) in passive.iter().enumerate() {
-        let mut v = Quartic::from(*rays.row(ray));
+        let mut v = Coordinates::from(*rays.row(ray));
         let length = v.norm();
         for _ in 0..2 {
             for (row, base) in q.iter().enumerate() {
@@ -125,7 +132,7 @@ fn least_squares(rays: &Rays, target: &Quartic, passive: &[(usize, f64)]) -> Opt
         q.push(v / left);
     }
     let mut residual = *target;
-    let mut rhs = [0.0; 15];
+    let mut rhs = [0.0; D];
     for _ in 0..2 {
         for (row, base) in q.iter().enumerate() {
             let share = base.dot(&residual);

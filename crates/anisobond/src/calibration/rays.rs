@@ -1,8 +1,6 @@
 //! The columns of X, collapsed: bonds that always carry the same share of the solution are one ray.
 
-use nalgebra::{Cholesky, Const, SMatrix};
-
-use crate::tensor::Quartic;
+use nalgebra::{Cholesky, Const, DMatrix, SMatrix, SVector};
 
 /// Rays per block: a vector register's lanes.
 const LANES: usize = 8;
@@ -10,29 +8,32 @@ const LANES: usize = 8;
 /// A number per ray, in blocks of [`LANES`].
 pub type PerRay = Vec<[f64; LANES]>;
 
-/// 15×15 symmetric matrix over quartic coordinates.
-pub type QuarticMatrix = SMatrix<f64, 15, 15>;
+/// Coordinates of a tensor in an orthonormal basis: 15 of a fully symmetric one, 21 of any.
+pub type Coordinates<const D: usize> = SVector<f64, D>;
+
+/// Symmetric matrix over coordinates.
+pub type Square<const D: usize> = SMatrix<f64, D, D>;
 
 /// Relative size below which an eigenvalue of Σ v vᵀ is zero: the rays do not reach that direction.
 const RANK: f64 = 1e-12;
 
-/// A set of rays v (unit quartics n⊗n⊗n⊗n in orthonormal coordinates) with a share s and a weight w each: a ray of
+/// A set of rays v (unit tensors in orthonormal coordinates: n⊗n⊗n⊗n for central bonds, D = 15) with a share s and a weight w each: a ray of
 /// value c adds w s c v to the tensor and w c²/2 to the norm to be made small.
 ///
-/// The coordinates are those of the rays' own span (dimension [`Rays::rank`]), zero-padded to 15.
-pub struct Rays {
+/// The coordinates are those of the rays' own span (dimension [`Rays::rank`]), zero-padded to D.
+pub struct Rays<const D: usize> {
     rank: usize,
     /// Orthonormal basis of the span in its first `rank` columns; `None` when the span is everything.
-    basis: Option<QuarticMatrix>,
+    basis: Option<Square<D>>,
     /// Rows v, one per ray, for rank-one updates.
-    rows: Vec<[f64; 15]>,
+    rows: Vec<[f64; D]>,
     /// The same numbers in blocks, for sums over all rays.
-    blocks: Vec<[[f64; LANES]; 15]>,
+    blocks: Vec<[[f64; LANES]; D]>,
     share: PerRay,
     /// Zero in the padding of the last block, so that padding never counts.
     weight: PerRay,
-    gram: QuarticMatrix,
-    gram_factor: Cholesky<f64, Const<15>>,
+    gram: Square<D>,
+    gram_factor: Cholesky<f64, Const<D>>,
 }
 
 /// Number of blocks that hold `count` rays.
@@ -49,24 +50,24 @@ fn in_blocks(values: &[f64]) -> PerRay {
     out
 }
 
-impl Rays {
-    /// From unit quartics, shares and weights (all positive).
-    pub fn new(quartics: &[Quartic], share: &[f64], weight: &[f64]) -> Self {
+impl<const D: usize> Rays<D> {
+    /// From unit tensors, shares and weights (all positive).
+    pub fn new(quartics: &[Coordinates<D>], share: &[f64], weight: &[f64]) -> Self {
         let (basis, rank) = span(quartics);
-        let rows: Vec<[f64; 15]> = quartics
+        let rows: Vec<[f64; D]> = quartics
             .iter()
             .map(|v| match &basis {
                 None => (*v).into(),
                 Some(u) => (u.transpose() * v).into(),
             })
             .collect();
-        let mut blocks = vec![[[0.0; LANES]; 15]; blocks_of(rows.len())];
+        let mut blocks = vec![[[0.0; LANES]; D]; blocks_of(rows.len())];
         for (i, row) in rows.iter().enumerate() {
-            for k in 0..15 {
+            for k in 0..D {
                 blocks[i / LANES][k][i % LANES] = row[k];
             }
         }
-        let mut gram = QuarticMatrix::zeros();
+        let mut gram = Square::zeros();
         for (i, row) in rows.iter().enumerate() {
             add_outer(&mut gram, row, weight[i] * share[i] * share[i]);
         }
@@ -85,7 +86,7 @@ impl Rays {
     }
 
     /// Coordinates of a quartic in the rays' span (orthogonal projection).
-    pub fn project(&self, quartic: &Quartic) -> Quartic {
+    pub fn project(&self, quartic: &Coordinates<D>) -> Coordinates<D> {
         match &self.basis {
             None => *quartic,
             Some(u) => u.transpose() * quartic,
@@ -93,7 +94,7 @@ impl Rays {
     }
 
     /// The quartic of given span coordinates.
-    pub fn lift(&self, coordinates: &Quartic) -> Quartic {
+    pub fn lift(&self, coordinates: &Coordinates<D>) -> Coordinates<D> {
         match &self.basis {
             None => *coordinates,
             Some(u) => u * coordinates,
@@ -101,7 +102,7 @@ impl Rays {
     }
 
     /// Row v of a ray.
-    pub fn row(&self, ray: usize) -> &[f64; 15] {
+    pub fn row(&self, ray: usize) -> &[f64; D] {
         &self.rows[ray]
     }
 
@@ -116,7 +117,7 @@ impl Rays {
     }
 
     /// Σ w s² v vᵀ over all rays.
-    pub fn gram(&self) -> &QuarticMatrix {
+    pub fn gram(&self) -> &Square<D> {
         &self.gram
     }
 
@@ -131,15 +132,15 @@ impl Rays {
     }
 
     /// The unit quartic v of a ray, in span coordinates.
-    pub fn quartic(&self, ray: usize) -> Quartic {
-        Quartic::from(self.rows[ray])
+    pub fn quartic(&self, ray: usize) -> Coordinates<D> {
+        Coordinates::from(self.rows[ray])
     }
 
     /// p = v·y of every ray.
-    pub fn forms(&self, y: &Quartic, p: &mut PerRay) {
+    pub fn forms(&self, y: &Coordinates<D>, p: &mut PerRay) {
         for (block, out) in self.blocks.iter().zip(p.iter_mut()) {
             let mut sum = [0.0; LANES];
-            for k in 0..15 {
+            for k in 0..D {
                 for lane in 0..LANES {
                     sum[lane] += block[k][lane] * y[k];
                 }
@@ -149,30 +150,30 @@ impl Rays {
     }
 
     /// Σ w s c v: the tensor that values c give.
-    pub fn tensor(&self, c: &PerRay) -> Quartic {
-        let mut sum = [[0.0; LANES]; 15];
+    pub fn tensor(&self, c: &PerRay) -> Coordinates<D> {
+        let mut sum = [[0.0; LANES]; D];
         for (((block, c), s), w) in self.blocks.iter().zip(c).zip(&self.share).zip(&self.weight) {
             let mut a = [0.0; LANES];
             for lane in 0..LANES {
                 a[lane] = w[lane] * s[lane] * c[lane];
             }
-            for k in 0..15 {
+            for k in 0..D {
                 for lane in 0..LANES {
                     sum[k][lane] += block[k][lane] * a[lane];
                 }
             }
         }
-        Quartic::from_fn(|k, _| sum[k].iter().sum())
+        Coordinates::from_fn(|k, _| sum[k].iter().sum())
     }
 
     /// The y of the pseudo-inverse solution c = s v·y of Σ w s c v = target (P's first step, lsqminnorm).
-    pub fn pseudo_inverse(&self, target: &Quartic) -> Quartic {
+    pub fn pseudo_inverse(&self, target: &Coordinates<D>) -> Coordinates<D> {
         self.gram_factor.solve(target)
     }
 
     /// Rays by index.
-    pub fn subset(&self, rays: &[usize]) -> Rays {
-        let quartics: Vec<Quartic> = rays.iter().map(|&i| self.lift(&Quartic::from(self.rows[i]))).collect();
+    pub fn subset(&self, rays: &[usize]) -> Rays<D> {
+        let quartics: Vec<Coordinates<D>> = rays.iter().map(|&i| self.lift(&Coordinates::from(self.rows[i]))).collect();
         let pick = |values: &PerRay| -> Vec<f64> { rays.iter().map(|&i| values[i / LANES][i % LANES]).collect() };
         Rays::new(&quartics, &pick(&self.share), &pick(&self.weight))
     }
@@ -189,11 +190,11 @@ pub fn set(values: &mut [[f64; LANES]], ray: usize, value: f64) {
 }
 
 /// matrix += factor · v vᵀ (both triangles).
-pub fn add_outer(matrix: &mut QuarticMatrix, v: &[f64; 15], factor: f64) {
-    for b in 0..15 {
+pub fn add_outer<const D: usize>(matrix: &mut Square<D>, v: &[f64; D], factor: f64) {
+    for b in 0..D {
         let scaled = factor * v[b];
         let mut column = matrix.column_mut(b);
-        for a in 0..15 {
+        for a in 0..D {
             column[a] += v[a] * scaled;
         }
     }
@@ -201,10 +202,10 @@ pub fn add_outer(matrix: &mut QuarticMatrix, v: &[f64; 15], factor: f64) {
 
 /// Cholesky factor of the leading rank×rank block (the padding becomes the identity), shifted up from singularity by as
 /// little as it takes.
-pub fn factor(matrix: &QuarticMatrix, rank: usize) -> Cholesky<f64, Const<15>> {
+pub fn factor<const D: usize>(matrix: &Square<D>, rank: usize) -> Cholesky<f64, Const<D>> {
     let mut padded = *matrix;
     let scale = (0..rank).map(|k| matrix[(k, k)]).fold(f64::MIN_POSITIVE, f64::max);
-    for k in rank..15 {
+    for k in rank..D {
         padded[(k, k)] = scale;
     }
     let mut shift = 0.0;
@@ -214,7 +215,7 @@ pub fn factor(matrix: &QuarticMatrix, rank: usize) -> Cholesky<f64, Const<15>> {
             shifted[(k, k)] += shift;
         }
         if let Some(factor) = Cholesky::new(shifted)
-            && (0..15).all(|k| factor.l_dirty()[(k, k)].powi(2) > 1e-15 * scale)
+            && (0..D).all(|k| factor.l_dirty()[(k, k)].powi(2) > 1e-15 * scale)
         {
             return factor;
         }
@@ -223,18 +224,19 @@ pub fn factor(matrix: &QuarticMatrix, rank: usize) -> Cholesky<f64, Const<15>> {
 }
 
 /// Orthonormal basis of the span of some quartics (`None` if they span everything) and its dimension.
-fn span(quartics: &[Quartic]) -> (Option<QuarticMatrix>, usize) {
-    let mut gram = QuarticMatrix::zeros();
+fn span<const D: usize>(quartics: &[Coordinates<D>]) -> (Option<Square<D>>, usize) {
+    let mut gram = Square::zeros();
     for v in quartics {
         add_outer(&mut gram, &(*v).into(), 1.0);
     }
-    let eigen = gram.symmetric_eigen();
+    // Of dynamic size: nalgebra knows the eigenvalues of fixed sizes one by one only.
+    let eigen = DMatrix::from_column_slice(D, D, gram.as_slice()).symmetric_eigen();
     let largest = eigen.eigenvalues.max();
-    let kept: Vec<usize> = (0..15).filter(|&k| eigen.eigenvalues[k] > RANK * largest).collect();
-    if kept.len() == 15 {
-        return (None, 15);
+    let kept: Vec<usize> = (0..D).filter(|&k| eigen.eigenvalues[k] > RANK * largest).collect();
+    if kept.len() == D {
+        return (None, D);
     }
-    let mut basis = QuarticMatrix::zeros();
+    let mut basis = Square::<D>::zeros();
     for (column, &k) in kept.iter().enumerate() {
         basis.set_column(column, &eigen.eigenvectors.column(k));
     }

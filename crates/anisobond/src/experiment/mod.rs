@@ -1,11 +1,13 @@
 //! Studies: many calibrations at once, and the document's own, recomputed beside its printed values.
 
 pub mod batch;
+mod corrected;
 pub mod element_test;
 mod lattice_study;
 pub mod prakash;
 pub mod smilauer;
 mod verification;
 
+pub use corrected::{CorrectedLattice, CorrectedModuli, Correction, CorrectionForm, CorrectionReport};
 pub use lattice_study::{LatticeStudy, anisotropy_axis, turned_to_axis};
 pub use verification::{Finding, Verdict};

@@ -1,7 +1,9 @@
 //! The sum over bonds: fast kernels on a bond list, and the dense matrix they must agree with.
 
 mod bond_list;
+mod grid_cell;
 mod morton;
 pub mod naive;
 
 pub use bond_list::{BondList, Field, Measured, Network, NodeField, StiffBond};
+pub use grid_cell::GridCell;

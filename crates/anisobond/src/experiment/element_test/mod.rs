@@ -5,8 +5,11 @@
 
 mod dynamic;
 mod mechanism;
+mod relaxed;
 mod static_test;
 
 pub use dynamic::{DynamicTest, DynamicTestResult};
 pub use mechanism::Mechanism;
+pub(crate) use relaxed::sensitivity;
+pub use relaxed::{BondDeformation, bond_deformations};
 pub use static_test::{Certificate, ElementTest, ElementTestResult, Fields, Mechanisms, Rotations};
