@@ -9,18 +9,26 @@
 //! On sphere packings the bonds' stiffnesses come from direction-dependent moduli instead ([`EllipticFit`],
 //! [`LatticeStiffness`]).
 
+mod advice;
 mod best_fit;
 mod calibrator;
+mod dispersion;
 mod dual_newton;
+mod hybrid;
 mod lattice_stiffness;
+mod least_trace;
 mod microplane;
 pub mod naive;
 mod nnls;
 mod rays;
 mod sphere_rule;
+mod strain_average;
 
+pub use advice::{Advice, Model, ModelAdvice, advise};
 pub use best_fit::best_fit_stiffness;
 pub use calibrator::{Calibration, Calibrator, Cause, Infeasibility, LowerBound};
+pub use dispersion::{Dispersion, LongWaves, Stability};
+pub use hybrid::{HybridCalibration, HybridCalibrator, HybridForm, TraceEvidence};
 pub use lattice_stiffness::{ContactStatistics, LatticeStiffness, PI_HAT, lattice_mu};
 pub(crate) use microplane::strain_dot;
 pub use microplane::{
@@ -28,3 +36,4 @@ pub use microplane::{
     microplane_stiffness, normal_projection, tangential_projection, unit_axis,
 };
 pub use sphere_rule::SphereRule;
+pub use strain_average::StrainAverage;

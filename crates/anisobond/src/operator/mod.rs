@@ -1,7 +1,9 @@
 //! The sum over bonds: fast kernels on a bond list, and the dense matrix they must agree with.
 
 mod bond_list;
+mod hybrid_naive;
 mod morton;
 pub mod naive;
 
 pub use bond_list::{BondList, Field, Measured, Network, NodeField, StiffBond};
+pub use hybrid_naive::{BlockResponse, PeriodicHybrid};
