@@ -43,7 +43,7 @@ fn check(calibrator: &HybridCalibrator, c: &Stiffness, form: Option<HybridForm>,
         assert!(floor > 0.0 && least >= floor * (1.0 - 1e-14), "{name}: {least:e} {floor:e}");
         if let Some(e) = r.least_trace {
             let all = c.mandel().trace();
-            assert!(e.trace >= e.bound - 1e-10 * all && e.trace - e.bound <= 1e-6 * all, "{name}: {e:?} of {all:e}");
+            assert!(e.trace >= e.bound - 1e-10 * all && e.trace - e.bound <= 2e-8 * all, "{name}: {e:?} of {all:e}");
         }
     }
     if form != Some(HybridForm::Remainder) {
@@ -52,30 +52,61 @@ fn check(calibrator: &HybridCalibrator, c: &Stiffness, form: Option<HybridForm>,
     r
 }
 
-/// Every `step`-th crystal by the default form and, forced, by the stable one.
-fn crystals_are_reached(step: usize, offset: usize) {
-    let grid = grid();
-    let calibrator = HybridCalibrator::new(&grid).unwrap();
+/// Every crystal on a grid by the default form and, forced, by the stable one.
+fn crystals_are_reached(grid: &Neighbourhood) {
+    let calibrator = HybridCalibrator::new(grid).unwrap();
     let (mut remainder, mut all) = (0, 0);
-    for (name, c) in crystals().iter().skip(offset).step_by(step) {
+    for (name, c) in &crystals() {
         let r = check(&calibrator, c, None, name);
         remainder += usize::from(r.form == HybridForm::Remainder);
         all += 1;
         check(&calibrator, c, Some(HybridForm::Stable), name);
     }
-    println!("{remainder} of {all} by remainder");
+    println!("{} bonds: {remainder} of {all} by remainder", grid.bonds().len());
 }
 
 #[test]
-fn sampled_crystals_are_reached_and_stable() {
-    crystals_are_reached(12, 5);
-}
-
-/// All of them; minutes in the dev profile: `cargo test --release -p anisobond --test hybrid -- --ignored`.
-#[test]
-#[ignore = "the whole sample of crystals: run in release"]
 fn every_crystal_is_reached_and_stable() {
-    crystals_are_reached(1, 0);
+    crystals_are_reached(&grid());
+}
+
+/// Other horizons and influences, and a thousand random tensors:
+/// `cargo test --release -p anisobond --test hybrid -- --ignored --nocapture`.
+#[test]
+#[ignore = "a minute or more: run in release"]
+fn every_crystal_and_a_thousand_tensors_on_many_grids() {
+    for (horizon, influence) in [
+        (2f64.sqrt(), Influence::Constant),
+        (2.0, Influence::Inverse),
+        (3.0, Influence::Hat),
+        (4.0, Influence::Power),
+        (6.0, Influence::Inverse),
+    ] {
+        crystals_are_reached(&Neighbourhood::sphere(horizon, 0.01, influence).unwrap());
+    }
+    crystals_are_reached(&turned_grid());
+    let grid = grid();
+    let calibrator = HybridCalibrator::new(&grid).unwrap();
+    let mut random = Random(77);
+    for i in 0..1000 {
+        check(&calibrator, &random.stiffness(), None, &format!("random {i}"));
+    }
+}
+
+/// Milliseconds per crystal at horizon 3, certificates of stability included; printed, not asserted.
+#[test]
+#[ignore = "a measurement: run in release"]
+fn time_per_crystal() {
+    let grid = grid();
+    let calibrator = HybridCalibrator::new(&grid).unwrap();
+    let crystals = crystals();
+    for form in [HybridForm::Remainder, HybridForm::Stable] {
+        let start = std::time::Instant::now();
+        for (_, c) in &crystals {
+            calibrator.calibrate_as(c, form).unwrap();
+        }
+        println!("{form:?}: {:.3} ms", 1e3 * start.elapsed().as_secs_f64() / crystals.len().max(1) as f64);
+    }
 }
 
 /// Kelvin moduli over three decades, on a grid turned against the material.

@@ -266,19 +266,26 @@ mod tests {
         }
     }
 
-    /// The errors of normal + tangential bonds, as far as the defect alone decides them.
+    /// The least errors by the defect alone: normal bonds 3.187 … 0.803 %, with tangential ones 1.874 … where the
+    /// Cauchy part is no obstacle (it costs CoTeO4 and Te2W a little more: 3.709 and 3.383 %).
     #[test]
     fn least_errors_of_the_built_in_materials() {
-        for name in ["KIO3", "CoTeO4", "Te2W", "Ta2C", "Si", "MoN", "Spinel", "Pyroceram"] {
+        for (name, central, micropolar) in [
+            ("KIO3", 3.1873, 1.8736),
+            ("CoTeO4", 4.9880, 3.7066),
+            ("Te2W", 5.0958, 3.2490),
+            ("Ta2C", 2.6320, 2.6320),
+            ("Si", 3.8634, 2.2305),
+            ("MoN", 1.5335, 1.3548),
+            ("Spinel", 0.8028, 0.8028),
+        ] {
             let advice = advise(&Material::builtin(name).unwrap().stiffness).unwrap();
-            println!(
-                "{name}: {:?} {:.4} {:.4} {:?}",
-                advice.recommended,
-                100.0 * advice.models[0].least_error,
-                100.0 * advice.models[1].least_error,
-                advice.defect_eigenvalues
-            );
+            assert_eq!(advice.recommended, Model::Hybrid);
+            assert!((100.0 * advice.models[0].least_error - central).abs() < 1e-4, "{name}");
+            assert!((100.0 * advice.models[1].least_error - micropolar).abs() < 1e-4, "{name}");
         }
+        let glass = advise(&Material::builtin("Pyroceram").unwrap().stiffness).unwrap();
+        assert!(glass.recommended == Model::Central && glass.models[0].exact);
     }
 
     #[test]

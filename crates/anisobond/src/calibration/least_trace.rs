@@ -14,10 +14,16 @@ use crate::tensor::PAIRS;
 const GAP: f64 = 1e-8;
 
 /// Factor by which the barrier is lowered after each centring.
-const LOWERED: f64 = 0.05;
+const LOWERED: f64 = 0.1;
+
+/// μ below which rounding rules; about 10⁻¹¹ is enough.
+const SMALLEST_MU: f64 = 1e-15;
+
+/// Newton decrement (squared, in units of μ) below which the whole step is safe.
+const QUADRATIC: f64 = 0.01;
 
 /// Newton decrement (squared, in units of μ) at which a point counts as central.
-const CENTRAL: f64 = 1e-6;
+const CENTRAL: f64 = 1e-4;
 
 /// Newton steps of one centring at most; about five are used.
 const MOST_STEPS: usize = 100;
@@ -44,14 +50,37 @@ pub fn least_trace(c: &Matrix6<f64>, directions: &[Vector6<f64>]) -> LeastTrace 
     let c = c / scale;
     let columns: Vec<Upper> = directions.iter().map(|e| upper(&(e * e.transpose()))).collect();
     let mut path = Path { c: upper(&c), columns: &columns, y: 2.0 * Matrix6::identity(), mu: 1.0 };
-    let last = GAP / (6 + directions.len()) as f64;
-    let mut steps = path.centre();
-    while path.mu > last {
-        path.mu = (path.mu * LOWERED).max(last);
+    let mut best = Certified { weights: vec![0.0; directions.len()], sum: 0.0, bound: 1.0 };
+    let mut steps = 0;
+    while best.bound - best.sum > GAP && path.mu > SMALLEST_MU {
         steps += path.centre();
+        best.improve(path.certified(&c, directions));
+        path.mu *= LOWERED;
     }
-    let (weights, bound) = path.certified(&c, directions);
-    LeastTrace { weights: weights.iter().map(|d| d * scale).collect(), trace_bound: (1.0 - bound) * scale, steps }
+    LeastTrace {
+        weights: best.weights.iter().map(|d| d * scale).collect(),
+        trace_bound: (1.0 - best.bound) * scale,
+        steps,
+    }
+}
+
+/// A feasible point of the program and one of its dual; Σ d ≤ optimum ≤ bound whatever the accuracy of the path.
+struct Certified {
+    weights: Vec<f64>,
+    /// Σ d.
+    sum: f64,
+    /// Y:C.
+    bound: f64,
+}
+
+impl Certified {
+    /// The better of each.
+    fn improve(&mut self, other: Certified) {
+        if other.sum > self.sum {
+            (self.weights, self.sum) = (other.weights, other.sum);
+        }
+        self.bound = self.bound.min(other.bound);
+    }
 }
 
 /// A point on (or near) the central path.
@@ -67,11 +96,8 @@ impl Path<'_> {
     fn centre(&mut self) -> usize {
         for step in 0..MOST_STEPS {
             let Some((direction, decrement)) = self.newton() else { return step };
-            if decrement < CENTRAL {
+            if decrement < CENTRAL || !self.search(&direction, decrement) {
                 return step;
-            }
-            if !self.search(&direction, decrement) {
-                return step + 1;
             }
         }
         MOST_STEPS
@@ -107,12 +133,18 @@ impl Path<'_> {
             gradient -= column / slack;
             hessian.ger(1.0 / (slack * slack), column, column, 1.0);
         }
-        let step: Upper = Cholesky::<f64, Const<21>>::new(hessian)?.solve(&-gradient);
+        let step: Upper = factor(hessian)?.solve(&-gradient);
         Some((matrix(&step), -gradient.dot(&step)))
     }
 
-    /// Backtracking along a direction; false when rounding leaves nothing to gain.
+    /// Backtracking along a direction, or, where Newton converges quadratically and values are down to rounding, the
+    /// whole step; false when rounding leaves nothing to gain.
     fn search(&mut self, direction: &Matrix6<f64>, decrement: f64) -> bool {
+        let whole = self.y + direction;
+        if decrement < QUADRATIC && self.value(&whole).is_some() {
+            self.y = whole;
+            return true;
+        }
         let Some(before) = self.value(&self.y) else { return false };
         let mut t = 1.0;
         while t > 1e-10 {
@@ -126,17 +158,31 @@ impl Path<'_> {
         false
     }
 
-    /// d = μ/slack, shrunk until Z ⪰ 0 holds in floating point, and Y:C of a Y grown until it is feasible: both bounds
-    /// hold whatever the accuracy of the path.
-    fn certified(&self, c: &Matrix6<f64>, directions: &[Vector6<f64>]) -> (Vec<f64>, f64) {
+    /// d = μ/slack, with Newton's last direction ΔY as μ/slack − μ e·ΔY·e/slack² so that Z + Σ d e⊗e = C holds to rounding,
+    /// shrunk until Z ⪰ 0 does; and Y:C of a Y grown until it is feasible.
+    fn certified(&self, c: &Matrix6<f64>, directions: &[Vector6<f64>]) -> Certified {
         let y = upper(&self.y);
         let slacks: Vec<f64> = self.slacks(&y).collect();
-        let weights: Vec<f64> = slacks.iter().map(|slack| self.mu / slack).collect();
+        let change = upper(&self.newton().map_or_else(Matrix6::zeros, |(direction, _)| direction));
+        let weight = |(column, slack): (&Upper, &f64)| (self.mu / slack * (1.0 - column.dot(&change) / slack)).max(0.0);
+        let weights: Vec<f64> = self.columns.iter().zip(&slacks).map(weight).collect();
         let sum = directions.iter().zip(&weights).fold(Matrix6::zeros(), |sum, (e, &d)| sum + d * e * e.transpose());
         let shrink = (INSIDE / largest_relative(&sum, c)).min(1.0);
+        let weights: Vec<f64> = weights.iter().map(|d| d * shrink).collect();
         let smallest = slacks.iter().copied().fold(f64::INFINITY, f64::min) + 1.0;
-        (weights.iter().map(|d| d * shrink).collect(), self.c.dot(&y) / smallest.min(1.0))
+        Certified { sum: weights.iter().sum(), weights, bound: self.c.dot(&y) / smallest.min(1.0) }
     }
+}
+
+/// Cholesky factor of the Hessian, its diagonal raised by as little as rounding demands.
+fn factor(hessian: SMatrix<f64, 21, 21>) -> Option<Cholesky<f64, Const<21>>> {
+    [0.0, 1e-15, 1e-13, 1e-11].into_iter().find_map(|shift| {
+        let mut raised = hessian;
+        for k in 0..21 {
+            raised[(k, k)] *= 1.0 + shift;
+        }
+        Cholesky::new(raised)
+    })
 }
 
 /// Largest λ with b x = λ c x, c positive definite: b ⪯ λ c. Infinite if c is singular.
