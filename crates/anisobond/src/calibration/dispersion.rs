@@ -49,7 +49,8 @@ struct HalfBond {
 /// A plane wave u = û exp(ik·x) has the energy density ½ û*·D(k)·û with
 /// D(k) = Σ_ξ s c (2 − 2 cos k·ξ)/|ξ|² n⊗n + g·Z·g, g(k) = Σ_ξ ω K⁻¹ξ sin k·ξ:
 /// the bonds' own sum and Christoffel's tensor of Z at the wave vector g that the averaged strain sees. D is real and
-/// symmetric because ξ and −ξ are both bonds; D(k) → Γ(k), Christoffel's tensor of C, for long waves.
+/// symmetric because ξ and −ξ are both bonds; D(k) → Γ(k), Christoffel's tensor of C, for long waves. With Z = 0 it is
+/// the central model's.
 #[derive(Clone, Debug)]
 pub struct Dispersion {
     spacing: f64,

@@ -12,6 +12,7 @@ use super::calibrator::{Calibration, Calibrator, LowerBound};
 use super::dispersion::{Dispersion, LongWaves, Stability};
 use super::least_trace::{largest_relative, least_trace};
 use super::strain_average::StrainAverage;
+use crate::lattice::Neighbourhood;
 use crate::tensor::{PAIRS, Stiffness, mandel_weight};
 use crate::{Error, Result};
 
@@ -81,7 +82,7 @@ impl<'a> HybridCalibrator<'a> {
     ///
     /// # Errors
     /// Bonds that all lie in a plane.
-    pub fn new(neighbourhood: &'a crate::lattice::Neighbourhood) -> Result<Self> {
+    pub fn new(neighbourhood: &'a Neighbourhood) -> Result<Self> {
         let average = StrainAverage::new(neighbourhood)?;
         let mut directions: Vec<Vector6<f64>> = Vec::new();
         let mut seen = HashSet::new();
@@ -149,16 +150,15 @@ impl<'a> HybridCalibrator<'a> {
                 "use a horizon of at least √2 spacings (3 is common)",
             ));
         }
-        let floor = LowerBound::Value(self.floor(target));
-        let central = self.calibrator.calibrate(target, floor)?;
+        let floor = self.floor(target);
+        let central = self.calibrator.calibrate(target, LowerBound::Value(floor))?;
         if central.relative_error <= REACHED {
             return Ok((central, None));
         }
-        let least = self.floor(target) * self.uniform;
-        let rest = target.mandel() - least;
-        let solution = least_trace(&rest, &self.directions);
+        let least = floor * self.uniform;
+        let solution = least_trace(&(target.mandel() - least), &self.directions);
         let carried = self.directions.iter().zip(&solution.weights).fold(least, |b, (e, &d)| b + d * e * e.transpose());
-        let bonds = self.calibrator.calibrate(&Stiffness::from_mandel(carried), floor)?;
+        let bonds = self.calibrator.calibrate(&Stiffness::from_mandel(carried), LowerBound::Value(floor))?;
         let trace = target.mandel().trace() - bonds.reached.mandel().trace();
         Ok((bonds, Some(TraceEvidence { trace, bound: solution.trace_bound, steps: solution.steps })))
     }

@@ -6,6 +6,9 @@
 //! c ≥ l reaches S, non-negative least squares (`nnls`) gives the closest reachable tensor and, as its residual,
 //! the certificate.
 //!
+//! What bonds cannot reach, a nodal term adds ([`HybridCalibrator`]); the waves of the grid show whether the whole is
+//! stable ([`Dispersion`]). [`advise`] says beforehand which model a tensor needs.
+//!
 //! On sphere packings the bonds' stiffnesses come from direction-dependent moduli instead ([`EllipticFit`],
 //! [`LatticeStiffness`]).
 
