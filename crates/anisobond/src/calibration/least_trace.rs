@@ -14,7 +14,7 @@ use crate::tensor::PAIRS;
 const GAP: f64 = 1e-8;
 
 /// Factor by which the barrier is lowered after each centring.
-const LOWERED: f64 = 0.1;
+const LOWERED: f64 = 0.2;
 
 /// μ below which rounding rules; about 10⁻¹¹ is enough.
 const SMALLEST_MU: f64 = 1e-15;
@@ -25,8 +25,8 @@ const QUADRATIC: f64 = 0.01;
 /// Newton decrement (squared, in units of μ) at which a point counts as central.
 const CENTRAL: f64 = 1e-4;
 
-/// Newton steps of one centring at most; about five are used.
-const MOST_STEPS: usize = 100;
+/// Newton steps of one centring at most; about five are used, at horizon 6 now and then a hundred.
+const MOST_STEPS: usize = 500;
 
 /// How much of the way to C the directions' sum keeps at most, against rounding.
 const INSIDE: f64 = 1.0 - 1e-14;
