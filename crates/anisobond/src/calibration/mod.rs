@@ -7,23 +7,33 @@
 //! the certificate.
 //!
 //! [`MicropolarCalibrator`] is the same in all 21 dimensions for normal and tangential bonds.
+//! What bonds cannot reach, a nodal term adds ([`HybridCalibrator`]); the waves of the grid show whether the whole is
+//! stable ([`Dispersion`]). [`advise`] says beforehand which model a tensor needs.
 //!
 //! On sphere packings the bonds' stiffnesses come from direction-dependent moduli instead ([`EllipticFit`],
 //! [`LatticeStiffness`]).
 
+mod advice;
 mod best_fit;
 mod calibrator;
+mod dispersion;
 mod dual_newton;
+mod hybrid;
 mod lattice_stiffness;
+mod least_trace;
 mod micropolar;
 mod microplane;
 pub mod naive;
 mod nnls;
 mod rays;
 mod sphere_rule;
+mod strain_average;
 
+pub use advice::{Advice, Model, ModelAdvice, advise};
 pub use best_fit::best_fit_stiffness;
 pub use calibrator::{Calibration, Calibrator, Cause, Infeasibility, LowerBound};
+pub use dispersion::{Dispersion, LongWaves, Stability};
+pub use hybrid::{HybridCalibration, HybridCalibrator, HybridForm, TraceEvidence};
 pub use lattice_stiffness::{LatticeStiffness, PI_HAT, lattice_mu};
 pub(crate) use microplane::strain_dot;
 pub use microplane::{
@@ -36,3 +46,4 @@ pub use micropolar::{
 };
 pub(crate) use micropolar::{tensor_coordinates, tensor_of_coordinates};
 pub use sphere_rule::SphereRule;
+pub use strain_average::StrainAverage;

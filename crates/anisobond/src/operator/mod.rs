@@ -2,8 +2,10 @@
 
 mod bond_list;
 mod grid_cell;
+mod hybrid_naive;
 mod morton;
 pub mod naive;
 
 pub use bond_list::{BondList, Field, Measured, Network, NodeField, StiffBond};
 pub use grid_cell::GridCell;
+pub use hybrid_naive::{BlockResponse, PeriodicHybrid};
