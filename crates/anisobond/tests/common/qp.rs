@@ -15,6 +15,21 @@ pub fn columns(neighbourhood: &Neighbourhood) -> (Vec<Quartic>, f64) {
     (neighbourhood.bonds().iter().zip(share).map(column).collect(), unit)
 }
 
+/// Rows, values and starts of the columns of X c = S (15 rows) above −c ≤ −l (one row per bond).
+fn constraints(columns: &[Quartic]) -> (Vec<usize>, Vec<f64>, Vec<usize>) {
+    let (mut rows, mut values, mut starts) = (Vec::new(), Vec::new(), vec![0]);
+    for (i, column) in columns.iter().enumerate() {
+        for k in (0..15).filter(|&k| column[k] != 0.0) {
+            rows.push(k);
+            values.push(column[k]);
+        }
+        rows.push(15 + i);
+        values.push(-1.0);
+        starts.push(rows.len());
+    }
+    (rows, values, starts)
+}
+
 /// minimise ½‖c‖² subject to X c = S, c ≥ l (P eqs 41-43) by clarabel, with its default settings or, `tight`, close to
 /// rounding. Returns its status, c (N/m⁶) and ‖Xc − S‖/‖S‖.
 pub fn calibrate(
@@ -27,20 +42,7 @@ pub fn calibrate(
     let bonds = columns.len();
     let s = cauchy_coordinates(target);
     let scale = s.norm();
-    let mut rows = Vec::with_capacity(16 * bonds);
-    let mut values = Vec::with_capacity(16 * bonds);
-    let mut starts = vec![0];
-    for (i, column) in columns.iter().enumerate() {
-        for k in 0..15 {
-            if column[k] != 0.0 {
-                rows.push(k);
-                values.push(column[k]);
-            }
-        }
-        rows.push(15 + i);
-        values.push(-1.0);
-        starts.push(rows.len());
-    }
+    let (rows, values, starts) = constraints(columns);
     let a = CscMatrix::new(15 + bonds, bonds, starts, rows, values);
     let mut b: Vec<f64> = (s / scale).iter().copied().collect();
     b.resize(15 + bonds, -lower_bound * unit / scale);
@@ -67,16 +69,7 @@ pub fn distance(columns: &[Quartic], unit: f64, target: &Stiffness, lower_bound:
     let s = cauchy_coordinates(target);
     let scale = s.norm();
     // Variables (c, r): minimise ½‖r‖² subject to X c + r = S, c ≥ l.
-    let (mut rows, mut values, mut starts) = (Vec::new(), Vec::new(), vec![0]);
-    for (i, column) in columns.iter().enumerate() {
-        for k in (0..15).filter(|&k| column[k] != 0.0) {
-            rows.push(k);
-            values.push(column[k]);
-        }
-        rows.push(15 + i);
-        values.push(-1.0);
-        starts.push(rows.len());
-    }
+    let (mut rows, mut values, mut starts) = constraints(columns);
     let (mut p_rows, mut p_starts) = (Vec::new(), vec![0; bonds + 1]);
     for k in 0..15 {
         rows.push(k);
@@ -109,16 +102,7 @@ pub fn largest_bound(columns: &[Quartic], unit: f64, target: &Stiffness) -> f64 
     let s = cauchy_coordinates(target);
     let scale = s.norm();
     // Variables (d, t): maximise t subject to X d + t X1 = S, d ≥ 0.
-    let (mut rows, mut values, mut starts) = (Vec::new(), Vec::new(), vec![0]);
-    for (i, column) in columns.iter().enumerate() {
-        for k in (0..15).filter(|&k| column[k] != 0.0) {
-            rows.push(k);
-            values.push(column[k]);
-        }
-        rows.push(15 + i);
-        values.push(-1.0);
-        starts.push(rows.len());
-    }
+    let (mut rows, mut values, mut starts) = constraints(columns);
     let ones = columns.iter().fold(Quartic::zeros(), |sum, v| sum + v);
     rows.extend(0..15);
     values.extend(ones.iter());
