@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use anisobond::calibration::{Calibration, Calibrator, LowerBound};
-use anisobond::io::{self, CalibrationReport, parse_orientation, picture, write_atomically};
+use anisobond::io::{self, CalibrationReport, parse_orientation, picture};
 use anisobond::lattice::{Influence, Neighbourhood, Shape};
 use anisobond::tensor::Material;
 use anisobond::{Error, Result};
 
-use crate::{Ending, args, table, text};
+use crate::{Ending, args, folder, table, text};
 
 pub fn run(args: &args::Calibrate) -> Result<Ending> {
     let bound = lower_bound(&args.lower_bound)?;
@@ -138,21 +138,14 @@ fn write_folder(
         options.views = views;
     }
     let scene = picture::neighbourhood_scene(neighbourhood, c, &options)?;
-    let json = serde_json::to_string_pretty(report).map_err(|e| Error::file("write", folder, e.into()))? + "\n";
     let files: [(&str, Vec<u8>); 5] = [
-        ("calibration.json", json.into_bytes()),
+        ("calibration.json", folder::json(report, folder)?),
         ("bonds.csv", io::bonds_csv(neighbourhood, c, &material.name)?.into_bytes()),
         ("neighbourhood.vtp", io::neighbourhood_vtp(neighbourhood, c)?.into_bytes()),
         ("neighbourhood.svg", scene.svg().into_bytes()),
         ("neighbourhood.png", scene.png(PICTURE_WIDTH)?),
     ];
-    std::fs::create_dir_all(folder).map_err(|e| Error::file("create", folder, e))?;
-    for (name, bytes) in &files {
-        write_atomically(folder.join(name), bytes)?;
-    }
-    let names: Vec<&str> = files.iter().map(|f| f.0).collect();
-    eprintln!("wrote {} in {}", names.join(", "), folder.display());
-    Ok(())
+    folder::write(folder, &files)
 }
 
 /// Width of the PNG picture (pixels).

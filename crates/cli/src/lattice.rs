@@ -1,18 +1,15 @@
 //! `anisobond lattice` and `anisobond element-test`.
 
-use std::path::Path;
-
+use anisobond::Result;
 use anisobond::experiment::element_test::{DynamicTest, ElementTest, Rotations};
 use anisobond::experiment::{LatticeStudy, anisotropy_axis, turned_to_axis};
 use anisobond::io::lattice_report::Checks;
 use anisobond::io::report::Voigt;
-use anisobond::io::{self, ElementTestReport, LatticeReport, picture, write_atomically};
+use anisobond::io::{self, ElementTestReport, LatticeReport, picture};
 use anisobond::tensor::{Material, Stiffness};
-use anisobond::{Error, Result};
 use nalgebra::{Matrix6, Vector3};
-use serde::Serialize;
 
-use crate::{Ending, args, text};
+use crate::{Ending, args, folder, text};
 
 pub fn run(args: &args::Lattice) -> Result<Ending> {
     let (material, study) = study(&args.lattice)?;
@@ -24,10 +21,10 @@ pub fn run(args: &args::Lattice) -> Result<Ending> {
             |what| picture::lattice_scene(&study.lattice, &stiffness.normal, scalar.clone(), &material.name, what);
         let spheres = scene(picture::LatticeView::Spheres)?;
         let bonds = scene(picture::LatticeView::Bonds)?;
-        write_folder(
+        folder::write(
             folder,
             &[
-                ("lattice.json", json_text(&report, folder)?.into_bytes()),
+                ("lattice.json", folder::json(&report, folder)?),
                 ("bonds.csv", io::lattice_bonds_csv(&study.lattice, stiffness, &material.name).into_bytes()),
                 ("lattice.vtp", io::lattice_vtp(&study.lattice, stiffness)?.into_bytes()),
                 ("spheres.svg", spheres.svg().into_bytes()),
@@ -66,10 +63,10 @@ pub fn test(args: &args::ElementTest) -> Result<Ending> {
         let title = format!("Young's modulus of {}", material.name);
         let subtitle = format!("contact radius {}", text::number(report.lattice.contact_radius));
         let polar = picture::directional_picture(&title, &subtitle, &tensors)?;
-        write_folder(
+        folder::write(
             folder,
             &[
-                ("element-test.json", json_text(&report, folder)?.into_bytes()),
+                ("element-test.json", folder::json(&report, folder)?),
                 ("directional.svg", polar.svg().into_bytes()),
                 ("directional.png", polar.png(PICTURE_WIDTH)?),
                 ("directional.csv", picture::directional_csv(&tensors)?.into_bytes()),
@@ -117,21 +114,6 @@ fn study(args: &args::LatticeArgs) -> Result<(Material, LatticeStudy)> {
 
 fn stiffness_of(rows: &Voigt) -> Result<Stiffness> {
     Stiffness::from_voigt(&Matrix6::from_fn(|a, b| rows[a][b]))
-}
-
-fn json_text(report: &impl Serialize, folder: &Path) -> Result<String> {
-    Ok(serde_json::to_string_pretty(report).map_err(|e| Error::file("write", folder, e.into()))? + "\n")
-}
-
-/// Write files whose contents are ready.
-fn write_folder(folder: &Path, files: &[(&str, Vec<u8>)]) -> Result<()> {
-    std::fs::create_dir_all(folder).map_err(|e| Error::file("create", folder, e))?;
-    for (name, bytes) in files {
-        write_atomically(folder.join(name), bytes)?;
-    }
-    let names: Vec<&str> = files.iter().map(|f| f.0).collect();
-    eprintln!("wrote {} in {}", names.join(", "), folder.display());
-    Ok(())
 }
 
 fn describe(r: &LatticeReport) -> String {

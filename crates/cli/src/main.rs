@@ -5,6 +5,8 @@
 
 mod args;
 mod calibrate;
+mod folder;
+mod interrupt;
 mod lattice;
 mod materials;
 mod pack;

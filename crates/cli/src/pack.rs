@@ -56,8 +56,8 @@ fn packing(args: &args::Pack) -> Result<Made> {
             args::CrystalName::Fcc => Crystal::Fcc,
             args::CrystalName::Hcp => Crystal::Hcp,
         };
-        let cells: Vec<usize> = args.cells.split(',').filter_map(|n| n.trim().parse().ok()).collect();
-        let Ok(cells) = <[usize; 3]>::try_from(cells) else {
+        let cells: Option<Vec<usize>> = args.cells.split(',').map(|n| n.trim().parse().ok()).collect();
+        let Some(cells) = cells.and_then(|cells| <[usize; 3]>::try_from(cells).ok()) else {
             return Err(Error::input(format!("--cells {}", args.cells), "give three whole numbers as 4,4,4"));
         };
         return Ok((crystal(kind, radius, cells, args.perturb, args.seed)?, None));

@@ -1,7 +1,6 @@
 //! `anisobond sweep`.
 
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use anisobond::io::element_sweep::{ElementSweep, contact_radius_chart};
 use anisobond::io::sweep::{Options, ParameterTable, Shard, SlurmScript, Store, merge, run_sweep, slurm_script};
@@ -9,10 +8,7 @@ use anisobond::{Error, Result};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
-use crate::{Ending, args, text};
-
-/// Set by Ctrl-C; a second one ends the program at once.
-static STOP: AtomicBool = AtomicBool::new(false);
+use crate::{Ending, args, interrupt, text};
 
 pub fn run(args: &args::Sweep) -> Result<Ending> {
     let results = args.output.join("results.sqlite");
@@ -30,12 +26,7 @@ pub fn run(args: &args::Sweep) -> Result<Ending> {
     let shard = args.shard.as_deref().map(Shard::parse).transpose()?;
     let path = shard.map_or(results.clone(), |shard| shard.store(&results));
     let store = Store::open(path, &table, shard, &settings)?;
-    // Without a handler Ctrl-C simply ends the program; the store keeps what was finished.
-    let _ = ctrlc::set_handler(|| {
-        if STOP.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    });
+    let stop = interrupt::flag();
     let progress = ProgressBar::new(table.jobs().len() as u64);
     if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} jobs, {eta} left  {msg}") {
         progress.set_style(style);
@@ -45,7 +36,7 @@ pub fn run(args: &args::Sweep) -> Result<Ending> {
         &table,
         &store,
         &options,
-        &STOP,
+        stop,
         |job, log| sweep.job(job, log),
         |p| {
             progress.set_length(p.counts.all as u64);

@@ -1,17 +1,12 @@
 //! `anisobond calibrate TABLE`: progress, interruption, and the table's results.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use anisobond::calibration::{Calibrator, LowerBound};
 use anisobond::io::{Journal, TableResults, calibrate_table, read_table};
 use anisobond::{Error, Result};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
-use crate::{Ending, args, text};
-
-/// Set by Ctrl-C; a second one ends the program at once.
-static STOP: AtomicBool = AtomicBool::new(false);
+use crate::{Ending, args, interrupt, text};
 
 pub fn run(args: &args::Calibrate, calibrator: &Calibrator, bound: LowerBound) -> Result<Ending> {
     let table = read_table(&args.material, args.table.unit.as_deref())?;
@@ -22,18 +17,13 @@ pub fn run(args: &args::Calibrate, calibrator: &Calibrator, bound: LowerBound) -
             Some(Journal::open(folder.join("journal.jsonl"))?)
         }
     };
-    // Without a handler Ctrl-C simply ends the program, and the journal keeps what was finished.
-    let _ = ctrlc::set_handler(|| {
-        if STOP.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    });
+    let stop = interrupt::flag();
     let progress = ProgressBar::new(table.rows.len() as u64);
     if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} rows, {per_sec}, {eta} left") {
         progress.set_style(style);
     }
     let results =
-        calibrate_table(&table, calibrator, bound, journal.as_mut(), &STOP, |done| progress.set_position(done as u64))?;
+        calibrate_table(&table, calibrator, bound, journal.as_mut(), stop, |done| progress.set_position(done as u64))?;
     progress.finish_and_clear();
     let all = table.rows.len();
     if results.finished() < all {

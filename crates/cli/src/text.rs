@@ -23,15 +23,9 @@ pub fn print_json(value: &impl Serialize) -> Result<()> {
     print(&text)
 }
 
-/// Three numbers "x,y,z".
+/// Three numbers "x,y,z" of a flag.
 pub fn vector(text: &str, flag: &str) -> Result<Vector3<f64>> {
-    let numbers: Vec<f64> = text.split(',').map_while(|x| x.trim().parse().ok()).collect();
-    match numbers[..] {
-        [x, y, z] if text.split(',').count() == 3 && [x, y, z].iter().all(|c: &f64| c.is_finite()) => {
-            Ok(Vector3::new(x, y, z))
-        }
-        _ => Err(Error::input(format!("{flag} {text}"), "give three numbers as 0,0,1")),
-    }
+    anisobond::io::parse_vector(text).map_err(|e| e.at(flag))
 }
 
 /// A positive number, bare in the flag's unit or with a unit of its own.

@@ -595,6 +595,7 @@ fn bad_lattices_get_one_message() {
         (&["pack", "--number", "0"], "0 spheres"),
         (&["pack", "--number", "10", "--radius", "-1"], "radius"),
         (&["pack", "--crystal", "fcc", "--cells", "1,2"], "--cells"),
+        (&["pack", "--crystal", "fcc", "--cells", "1,x,2,3"], "--cells"),
         (&["verify", "smilauer", "--packing", "/nowhere.txt"], "/nowhere.txt"),
     ] {
         let message = refused(args, 2);

@@ -9,7 +9,7 @@ use serde_json::Value as Json;
 use super::lattice_report::ElementTestReport;
 use super::picture::{Chart, StiffnessRow, stiffness_chart};
 use super::sweep::{Job, JobLog, ParameterTable, Store, Value};
-use super::{find_material, parse_angle, parse_stress, read_packing};
+use super::{find_material, parse_angle, parse_stress, parse_vector, read_packing};
 use crate::calibration::{TransverseConstants, axis_of_strike_and_dip};
 use crate::experiment::element_test::{DynamicTest, ElementTest, Rotations};
 use crate::experiment::{LatticeStudy, anisotropy_axis, turned_to_axis};
@@ -223,14 +223,7 @@ fn axis(job: &Job) -> Result<Option<Vector3<f64>>> {
     match (angle("strike")?, angle("dip")?, job.get("axis")) {
         (None, None, None) => Ok(None),
         (Some(strike), Some(dip), None) => axis_of_strike_and_dip(strike, dip).map(Some),
-        (None, None, Some(axis)) => {
-            let text = axis.to_string();
-            let numbers: Vec<f64> = text.split(',').filter_map(|x| x.trim().parse().ok()).collect();
-            match numbers[..] {
-                [x, y, z] => Ok(Some(Vector3::new(x, y, z))),
-                _ => Err(Error::input(format!("axis = {text}"), "give three numbers as \"0,0,1\"")),
-            }
-        }
+        (None, None, Some(axis)) => parse_vector(&axis.to_string()).map(Some).map_err(|e| e.at("axis")),
         _ => Err(Error::input("strike, dip and axis do not go together", "give strike and dip, or axis")),
     }
 }

@@ -38,5 +38,5 @@ pub use packing::{PackingFormat, packing_text, parse_packing, read_packing, writ
 pub use pairs::{read_influence, read_pairs};
 pub use report::{CalibrationReport, TensorReport};
 pub use table::{Row, Table, is_table, parse_table, read_table};
-pub use units::{Dimension, parse_angle, parse_density, parse_length, parse_stress};
+pub use units::{Dimension, parse_angle, parse_density, parse_length, parse_stress, parse_vector};
 pub use vtk::{neighbourhood_vtp, write_vtp};

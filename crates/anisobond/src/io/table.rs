@@ -163,15 +163,20 @@ fn json_row(n: usize, line: usize, node: Result<Node>, unit: Option<&StressUnit>
     Row { id, line, material }
 }
 
-/// Rows of a CSV file.
-fn csv_rows(text: &str, place: &str, unit: Option<&StressUnit>) -> Result<Vec<Row>> {
-    let mut reader = csv::ReaderBuilder::new()
+/// A reader of a user's CSV text: any of the usual delimiters, `#` comments, rows of any length.
+pub(super) fn csv_reader(text: &str) -> csv::Reader<&[u8]> {
+    csv::ReaderBuilder::new()
         .delimiter(delimiter(text))
         .comment(Some(b'#'))
         .trim(csv::Trim::All)
         .flexible(true)
         .has_headers(false)
-        .from_reader(text.as_bytes());
+        .from_reader(text.as_bytes())
+}
+
+/// Rows of a CSV file.
+fn csv_rows(text: &str, place: &str, unit: Option<&StressUnit>) -> Result<Vec<Row>> {
+    let mut reader = csv_reader(text);
     let lines = Lines::new(text);
     let mut columns: Option<Columns> = None;
     let mut rows = Vec::new();
@@ -200,7 +205,7 @@ pub(super) fn first_line(text: &str, lines: &Lines, byte: usize) -> usize {
 }
 
 /// Comma, semicolon or tab: whichever the header has most of.
-pub(super) fn delimiter(text: &str) -> u8 {
+fn delimiter(text: &str) -> u8 {
     let header = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#')).unwrap_or("");
     let count = |d: &u8| header.bytes().filter(|b| b == d).count();
     // The last of equals: the comma.

@@ -1,5 +1,7 @@
 //! Quantities with units, read at the edge: "130 MPa", "2 mm", "2650 kg/m3", "30 deg" become SI numbers.
 
+use nalgebra::Vector3;
+
 use super::words::{nearest, quoted};
 use crate::{Error, Result};
 
@@ -242,9 +244,30 @@ fn finite(value: f64, text: &str) -> Result<f64> {
     Err(Error::input(format!("{} is too large", quoted(text)), "write a finite number"))
 }
 
+/// Three finite numbers "x,y,z".
+///
+/// # Errors
+/// Anything else.
+pub fn parse_vector(text: &str) -> Result<Vector3<f64>> {
+    let numbers: Vec<Option<f64>> =
+        text.split(',').map(|x| x.trim().parse().ok().filter(|c: &f64| c.is_finite())).collect();
+    match numbers[..] {
+        [Some(x), Some(y), Some(z)] => Ok(Vector3::new(x, y, z)),
+        _ => Err(Error::input(format!("{} is not three numbers", quoted(text)), "give three numbers as 0,0,1")),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn vectors_are_three_numbers_and_nothing_else() {
+        assert_eq!(parse_vector("0, -1,2.5").unwrap(), Vector3::new(0.0, -1.0, 2.5));
+        for wrong in ["", "0,0", "0,x,0,1", "0,0,1,", "0,0,nan", "inf,0,0"] {
+            assert!(parse_vector(wrong).is_err(), "{wrong}");
+        }
+    }
 
     #[test]
     fn quantities() {

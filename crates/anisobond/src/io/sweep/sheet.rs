@@ -6,7 +6,7 @@ use std::path::Path;
 
 use calamine::{Data, DataRef, Range, Reader, Sheets, Xlsx, open_workbook_auto};
 
-use super::super::table::{delimiter, first_line};
+use super::super::table::{csv_reader, first_line};
 use super::super::tree::Lines;
 use super::super::words::quoted;
 use super::job::{Job, Value};
@@ -60,13 +60,7 @@ fn letters(column: usize) -> String {
 
 /// The rows of a CSV text.
 pub(super) fn text_cells(text: &str) -> Result<Vec<Row>> {
-    let mut reader = csv::ReaderBuilder::new()
-        .delimiter(delimiter(text))
-        .comment(Some(b'#'))
-        .trim(csv::Trim::All)
-        .flexible(true)
-        .has_headers(false)
-        .from_reader(text.as_bytes());
+    let mut reader = csv_reader(text);
     let lines = Lines::new(text);
     let mut rows = Vec::new();
     for record in reader.records() {

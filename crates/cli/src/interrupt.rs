@@ -1,0 +1,16 @@
+//! Ctrl-C during long work.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+static STOP: AtomicBool = AtomicBool::new(false);
+
+/// A flag that Ctrl-C sets; a second Ctrl-C ends the program at once. Where no handler can be set Ctrl-C simply ends the
+/// program, and what was finished is kept all the same.
+pub fn flag() -> &'static AtomicBool {
+    let _ = ctrlc::set_handler(|| {
+        if STOP.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    });
+    &STOP
+}
