@@ -5,9 +5,14 @@ mod corrected;
 pub mod element_test;
 mod lattice_study;
 pub mod prakash;
+mod problem;
 pub mod smilauer;
 mod verification;
 
 pub use corrected::{CorrectedLattice, CorrectedModuli, Correction, CorrectionForm, CorrectionReport};
 pub use lattice_study::{LatticeStudy, anisotropy_axis, turned_to_axis};
+pub use problem::{
+    Condition, Crack, FieldName, FractureEnergy, History, OutputPlan, Probe, Problem, Quantity, RegionMaterial,
+    Schedule, Slice, Softening,
+};
 pub use verification::{Finding, Verdict};

@@ -2,6 +2,7 @@
 
 mod contacts;
 pub mod generate;
+mod grid;
 mod influence;
 mod neighbourhood;
 mod packing;
@@ -9,6 +10,7 @@ mod search;
 mod statistics;
 
 pub use contacts::{Contact, Lattice, contacts, naive_contacts};
+pub use grid::{Body, Grid};
 pub use influence::Influence;
 pub use neighbourhood::{Bond, Neighbourhood, Shape};
 pub use packing::Packing;

@@ -2,10 +2,14 @@
 
 mod bond_list;
 mod grid_cell;
+mod grid_operator;
 mod hybrid_naive;
 mod morton;
 pub mod naive;
+mod vector_field;
 
 pub use bond_list::{BondList, Field, Measured, Network, NodeField, StiffBond};
 pub use grid_cell::GridCell;
+pub use grid_operator::{GridOperator, Kinematics};
 pub use hybrid_naive::{BlockResponse, PeriodicHybrid};
+pub use vector_field::VectorField;

@@ -1,0 +1,37 @@
+//! What solvers see of a body on a grid.
+
+use nalgebra::Matrix3;
+
+use super::vector_field::VectorField;
+use crate::lattice::Body;
+use crate::tensor::Stiffness;
+
+/// How bonds stretch.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Kinematics {
+    /// Small displacements: the force is linear in them (P eqs 14-15).
+    #[default]
+    Linear,
+    /// Finite stretch along the deformed bond (P eq 5).
+    Finite,
+}
+
+/// A body whose linearised forces are −K u.
+///
+/// Solvers of equilibrium are written against this; the kernels are behind it.
+pub trait GridOperator: Sync {
+    /// The body.
+    fn body(&self) -> &Body;
+
+    /// Forces of linear bonds f = −K u (N) of displacements u (m). Entries of empty nodes are zero and stay so.
+    fn forces(&self, u: &VectorField, f: &mut VectorField);
+
+    /// The 3×3 diagonal block of K of a node (N/m); zero for an empty node.
+    fn diagonal_block(&self, node: usize) -> Matrix3<f64>;
+
+    /// The stiffness tensor of a region's bulk (Pa), for coarse grids.
+    fn bulk_stiffness(&self, region: u16) -> Stiffness;
+
+    /// Share of a node's bonds, weighed by stiffness, that exist and are unbroken (–), 0…1.
+    fn wholeness(&self, node: usize) -> f64;
+}
