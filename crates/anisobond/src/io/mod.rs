@@ -21,6 +21,7 @@ mod calibrate_table;
 mod find;
 mod pairs;
 mod lattice_bonds;
+pub mod results;
 pub mod sweep;
 pub mod element_sweep;
 

@@ -301,7 +301,7 @@ pub(super) fn legend(looks: &[(&str, Look)], corner: [f64; 2], most: f64) -> (Ve
 /// The prefix of a unit and the power of ten it stands for, such that a magnitude is in 1 … 1000.
 pub(super) fn prefixed(name: &str, magnitude: f64) -> (String, i32) {
     const PREFIXES: [&str; 9] = ["p", "n", "µ", "m", "", "k", "M", "G", "T"];
-    const UNITS: [&str; 7] = ["Pa", "m", "N", "N/m", "J", "s", "Hz"];
+    const UNITS: [&str; 8] = ["Pa", "m", "N", "N/m", "J", "s", "Hz", "m/s"];
     let power = if magnitude > 0.0 { 3 * (magnitude.log10() / 3.0 + 1e-9).floor() as i32 } else { 0 };
     let plain = (0.01..1e4).contains(&magnitude);
     let prefix = usize::try_from(power / 3 + 4).ok().and_then(|at| PREFIXES.get(at));

@@ -13,6 +13,17 @@ const SHADES: usize = 128;
 
 /// The file's bytes, for a picture so many pixels wide.
 pub(super) fn render(drawing: &Drawing, width: u32) -> Result<Vec<u8>> {
+    file_of(std::slice::from_ref(&canvas(drawing, width)?), None)
+}
+
+/// The bytes of an animated file (APNG) of drawings of one size, shown over and over.
+pub(super) fn animate(drawings: &[Drawing], width: u32, frames_per_second: u16) -> Result<Vec<u8>> {
+    let canvases: Result<Vec<Canvas>> = drawings.iter().map(|drawing| canvas(drawing, width)).collect();
+    file_of(&canvases?, Some(frames_per_second))
+}
+
+/// A drawing as pixels.
+fn canvas(drawing: &Drawing, width: u32) -> Result<Canvas> {
     if !WIDTHS.contains(&width) {
         return Err(Error::input(
             format!("the picture is {width} pixels wide"),
@@ -24,16 +35,28 @@ pub(super) fn render(drawing: &Drawing, width: u32) -> Result<Vec<u8>> {
     for mark in drawing.groups.iter().flat_map(|group| &group.marks) {
         canvas.paint(mark, scale);
     }
-    encode(&canvas).map_err(|error| Error::input(format!("the picture cannot be encoded: {error}"), ""))
+    Ok(canvas)
 }
 
-fn encode(canvas: &Canvas) -> std::result::Result<Vec<u8>, png::EncodingError> {
+fn file_of(canvases: &[Canvas], frames_per_second: Option<u16>) -> Result<Vec<u8>> {
+    encode(canvases, frames_per_second)
+        .map_err(|error| Error::input(format!("the picture cannot be encoded: {error}"), ""))
+}
+
+fn encode(canvases: &[Canvas], frames_per_second: Option<u16>) -> std::result::Result<Vec<u8>, png::EncodingError> {
     let mut file = Vec::new();
-    let mut encoder = png::Encoder::new(&mut file, canvas.width as u32, canvas.height as u32);
+    let [width, height] = [canvases[0].width as u32, canvases[0].height as u32];
+    let mut encoder = png::Encoder::new(&mut file, width, height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
+    if let Some(rate) = frames_per_second {
+        encoder.set_animated(canvases.len() as u32, 0)?;
+        encoder.set_frame_delay(1, rate)?;
+    }
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(canvas.pixels.as_flattened())?;
+    for canvas in canvases {
+        writer.write_image_data(canvas.pixels.as_flattened())?;
+    }
     writer.finish()?;
     Ok(file)
 }

@@ -1,0 +1,15 @@
+//! What a run writes: frames for ParaView, probes, pictures, checkpoints.
+
+mod checkpoint;
+mod image_data;
+mod npy;
+mod series;
+mod table;
+mod writer;
+
+pub use checkpoint::{Checkpoint, Checkpoints};
+pub use image_data::{ImageArray, image_data};
+pub use npy::{npy, read_npy};
+pub use series::{Series, pvd};
+pub use table::ProbeTable;
+pub use writer::BackgroundWriter;
