@@ -6,6 +6,7 @@ pub mod element_test;
 mod lattice_study;
 pub mod prakash;
 mod problem;
+mod simulation;
 pub mod smilauer;
 mod verification;
 
@@ -15,4 +16,5 @@ pub use problem::{
     Condition, Crack, FieldName, FractureEnergy, History, OutputPlan, Probe, Problem, Quantity, RegionMaterial,
     Schedule, Slice, Softening,
 };
+pub use simulation::{Ledger, RegionEvidence, SavedState, Simulation, SpeedFit, StaticEvidence, StepEvidence};
 pub use verification::{Finding, Verdict};

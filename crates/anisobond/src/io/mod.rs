@@ -22,6 +22,7 @@ mod find;
 mod pairs;
 mod lattice_bonds;
 pub mod results;
+pub mod run;
 pub mod sweep;
 pub mod element_sweep;
 

@@ -1,7 +1,9 @@
-//! Equilibrium, written against the operator only.
+//! Equilibrium and motion, written against the operator only.
 
 mod conjugate_gradients;
+mod motion;
 mod preconditioner;
 
 pub use conjugate_gradients::{SolverReport, Stopping, conjugate_gradients};
+pub use motion::{Kick, stable_step};
 pub use preconditioner::BlockJacobi;

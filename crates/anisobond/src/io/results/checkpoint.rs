@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use twox_hash::XxHash3_128;
 
+use crate::experiment::SavedState;
 use crate::io::write_atomically;
 use crate::{Error, Result};
 
@@ -18,78 +19,41 @@ const CHECKSUM: &str = "xxh3-128";
 /// Key of what the run says of itself.
 const ABOUT: &str = "run";
 
-/// The state of a run.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Checkpoint {
-    /// What the run says of itself (JSON).
-    pub about: String,
-    /// Arrays of numbers by name.
-    pub numbers: Vec<(String, Vec<f64>)>,
-    /// Arrays of bits by name.
-    pub words: Vec<(String, Vec<u64>)>,
+/// A state as the bytes of a file.
+fn encode(state: &SavedState) -> Result<Vec<u8>> {
+    let numbers = state.numbers.iter().map(|(name, values)| (name, Dtype::F64, bytes_of(values, |v| v.to_le_bytes())));
+    let words = state.words.iter().map(|(name, values)| (name, Dtype::U64, bytes_of(values, |v| v.to_le_bytes())));
+    let arrays: Vec<_> = numbers.chain(words).collect();
+    let checksum = checksum(&state.about, arrays.iter().map(|(name, _, bytes)| (name.as_str(), bytes.as_slice())));
+    let views = arrays.iter().map(|(name, kind, bytes)| {
+        TensorView::new(*kind, vec![bytes.len() / 8], bytes).map(|view| ((*name).clone(), view))
+    });
+    let views: std::result::Result<Vec<_>, _> = views.collect();
+    let about = HashMap::from([(CHECKSUM.to_string(), checksum), (ABOUT.to_string(), state.about.clone())]);
+    views.and_then(|views| safetensors::serialize(views, Some(about))).map_err(|e| unusable(&e.to_string()))
 }
 
-impl Checkpoint {
-    /// The file's bytes.
-    fn encode(&self) -> Result<Vec<u8>> {
-        let numbers =
-            self.numbers.iter().map(|(name, values)| (name, Dtype::F64, bytes_of(values, |v| v.to_le_bytes())));
-        let words = self.words.iter().map(|(name, values)| (name, Dtype::U64, bytes_of(values, |v| v.to_le_bytes())));
-        let arrays: Vec<_> = numbers.chain(words).collect();
-        let checksum = checksum(&self.about, arrays.iter().map(|(name, _, bytes)| (name.as_str(), bytes.as_slice())));
-        let views = arrays.iter().map(|(name, kind, bytes)| {
-            TensorView::new(*kind, vec![bytes.len() / 8], bytes).map(|view| ((*name).clone(), view))
-        });
-        let views: std::result::Result<Vec<_>, _> = views.collect();
-        let about = HashMap::from([(CHECKSUM.to_string(), checksum), (ABOUT.to_string(), self.about.clone())]);
-        views.and_then(|views| safetensors::serialize(views, Some(about))).map_err(|e| unusable(&e.to_string()))
+/// The state in a file's bytes, if they are whole.
+fn decode(bytes: &[u8]) -> Result<SavedState> {
+    let said = |e: safetensors::SafeTensorError| unusable(&e.to_string());
+    let (_, header) = SafeTensors::read_metadata(bytes).map_err(said)?;
+    let about = header.metadata().clone().unwrap_or_default();
+    let file = SafeTensors::deserialize(bytes).map_err(said)?;
+    let mut state = SavedState { about: about.get(ABOUT).cloned().unwrap_or_default(), ..SavedState::default() };
+    let mut arrays = file.tensors();
+    arrays.sort_by(|a, b| a.0.cmp(&b.0));
+    let sum = checksum(&state.about, arrays.iter().map(|(name, view)| (name.as_str(), view.data())));
+    if about.get(CHECKSUM) != Some(&sum) {
+        return Err(unusable("its checksum is wrong"));
     }
-
-    /// The state in a file's bytes, if they are whole.
-    fn decode(bytes: &[u8]) -> Result<Self> {
-        let said = |e: safetensors::SafeTensorError| unusable(&e.to_string());
-        let (_, header) = SafeTensors::read_metadata(bytes).map_err(said)?;
-        let about = header.metadata().clone().unwrap_or_default();
-        let file = SafeTensors::deserialize(bytes).map_err(said)?;
-        let mut state = Checkpoint { about: about.get(ABOUT).cloned().unwrap_or_default(), ..Checkpoint::default() };
-        let mut arrays = file.tensors();
-        arrays.sort_by(|a, b| a.0.cmp(&b.0));
-        let sum = checksum(&state.about, arrays.iter().map(|(name, view)| (name.as_str(), view.data())));
-        if about.get(CHECKSUM) != Some(&sum) {
-            return Err(unusable("its checksum is wrong"));
+    for (name, view) in arrays {
+        let data = view.data().as_chunks::<8>().0;
+        match view.dtype() {
+            Dtype::F64 => state.numbers.push((name, data.iter().map(|b| f64::from_le_bytes(*b)).collect())),
+            _ => state.words.push((name, data.iter().map(|b| u64::from_le_bytes(*b)).collect())),
         }
-        for (name, view) in arrays {
-            let data = view.data().as_chunks::<8>().0;
-            match view.dtype() {
-                Dtype::F64 => state.numbers.push((name, data.iter().map(|b| f64::from_le_bytes(*b)).collect())),
-                _ => state.words.push((name, data.iter().map(|b| u64::from_le_bytes(*b)).collect())),
-            }
-        }
-        Ok(state)
     }
-
-    /// An array of numbers, taken out.
-    ///
-    /// # Errors
-    /// No such array, or one of another length.
-    pub fn take_numbers(&mut self, name: &str, length: usize) -> Result<Vec<f64>> {
-        taken(&mut self.numbers, name, length)
-    }
-
-    /// An array of bits, taken out.
-    ///
-    /// # Errors
-    /// No such array, or one of another length.
-    pub fn take_words(&mut self, name: &str, length: usize) -> Result<Vec<u64>> {
-        taken(&mut self.words, name, length)
-    }
-}
-
-/// An array taken out of a list.
-fn taken<T>(arrays: &mut Vec<(String, Vec<T>)>, name: &str, length: usize) -> Result<Vec<T>> {
-    let at = arrays.iter().position(|(n, values)| n == name && values.len() == length);
-    let at = at.ok_or_else(|| unusable(&format!("it has no array {name} of {length} numbers")))?;
-    Ok(arrays.swap_remove(at).1)
+    Ok(state)
 }
 
 /// The message of a checkpoint that cannot be used.
@@ -140,8 +104,8 @@ impl Checkpoints {
     ///
     /// # Errors
     /// A file that cannot be written; the checkpoints so far are kept.
-    pub fn save(&self, state: &Checkpoint) -> Result<()> {
-        let bytes = state.encode()?;
+    pub fn save(&self, state: &SavedState) -> Result<()> {
+        let bytes = encode(state)?;
         if self.newest.exists() {
             // A link, so that the newest is in place until the new one takes its name.
             let spare = self.before.with_extension("link");
@@ -158,7 +122,7 @@ impl Checkpoints {
     ///
     /// # Errors
     /// None that is whole.
-    pub fn load(&self) -> Result<(Checkpoint, Option<String>)> {
+    pub fn load(&self) -> Result<(SavedState, Option<String>)> {
         match read(&self.newest) {
             Ok(state) => Ok((state, None)),
             Err(error) => match read(&self.before) {
@@ -176,17 +140,17 @@ impl Checkpoints {
 }
 
 /// A file's state, with its path in front of what is wrong.
-fn read(path: &Path) -> Result<Checkpoint> {
+fn read(path: &Path) -> Result<SavedState> {
     let bytes = fs::read(path).map_err(|e| Error::file("read", path, e))?;
-    Checkpoint::decode(&bytes).map_err(|e| e.at(path.display()))
+    decode(&bytes).map_err(|e| e.at(path.display()))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn state(step: u64) -> Checkpoint {
-        Checkpoint {
+    fn state(step: u64) -> SavedState {
+        SavedState {
             about: format!("{{\"step\":{step}}}"),
             numbers: vec![("u".into(), vec![1.0 / 3.0, f64::MIN_POSITIVE, step as f64]), ("v".into(), vec![-0.0])],
             words: vec![("bits".into(), vec![u64::MAX, 1, 0])],
@@ -221,7 +185,7 @@ mod tests {
             let mut bytes = whole.clone();
             bytes[at] ^= 0x20;
             // A space in the header's padding carries nothing.
-            if Checkpoint::decode(&bytes).is_ok_and(|s| s == Checkpoint::decode(&whole).unwrap()) {
+            if decode(&bytes).is_ok_and(|s| s == decode(&whole).unwrap()) {
                 continue;
             }
             fs::write(&files.newest, &bytes).unwrap();

@@ -7,7 +7,7 @@ mod series;
 mod table;
 mod writer;
 
-pub use checkpoint::{Checkpoint, Checkpoints};
+pub use checkpoint::Checkpoints;
 pub use image_data::{ImageArray, image_data};
 pub use npy::{npy, read_npy};
 pub use series::{Series, pvd};

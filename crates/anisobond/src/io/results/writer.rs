@@ -40,7 +40,17 @@ impl BackgroundWriter {
         }
     }
 
-    /// Wait until all is written.
+    /// Wait until all that was handed over is written.
+    ///
+    /// # Errors
+    /// What a piece failed with.
+    pub fn drain(&mut self) -> Result<()> {
+        self.finish()?;
+        *self = BackgroundWriter::start()?;
+        Ok(())
+    }
+
+    /// Wait until all is written, and end.
     ///
     /// # Errors
     /// What a piece failed with.

@@ -1,0 +1,500 @@
+//! A problem run: motion step by step, or equilibrium load step by load step, bonds breaking on the way.
+
+mod assemble;
+mod crack;
+mod ledger;
+mod loading;
+mod measure;
+mod motion;
+mod saved;
+mod statics;
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+pub use self::assemble::RegionEvidence;
+pub use self::crack::SpeedFit;
+use self::crack::CrackFront;
+pub use self::ledger::Ledger;
+use self::loading::Loading;
+use self::motion::{Motion, Pass};
+pub use self::saved::SavedState;
+pub use self::statics::StaticEvidence;
+use self::statics::Statics;
+use super::problem::{Problem, Schedule};
+use crate::operator::grid::{GridBonds, Padded};
+use crate::operator::{Kinematics, VectorField};
+use crate::solver::Stopping;
+use crate::solver::grid::Method;
+use crate::{Error, Result};
+
+/// Most iterations of a solve for equilibrium.
+const MOST_ITERATIONS: usize = 5000;
+
+/// Relative residual of the equilibrium that a motion starts from.
+const START_TOLERANCE: f64 = 1e-8;
+
+/// Drift of the energy relative to the largest energy above which a run is warned of.
+const DRIFT: f64 = 0.02;
+
+/// Steps after which numbers are checked to be numbers, where nothing else asks for energies.
+const CHECK_EVERY: u64 = 64;
+
+/// The time step of a motion.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct StepEvidence {
+    /// Time step (s).
+    pub step: f64,
+    /// The largest stable one (s).
+    pub stable: f64,
+}
+
+/// A problem under way.
+pub struct Simulation {
+    problem: Problem,
+    regions: Vec<RegionEvidence>,
+    bonds: GridBonds<f64>,
+    bond_count: u64,
+    loading: Loading,
+    u: Padded<f64>,
+    stage: Stage,
+    step: u64,
+    steps: u64,
+    ledger: Ledger,
+    crack: CrackFront,
+    warnings: Vec<String>,
+}
+
+/// Motion or equilibrium.
+enum Stage {
+    Motion { motion: Motion, evidence: StepEvidence, ahead: Pass },
+    Equilibrium { statics: Statics, last: Option<StaticEvidence> },
+}
+
+/// What a saved state says beside its arrays.
+#[derive(Serialize, Deserialize)]
+struct About {
+    step: u64,
+    ledger: Ledger,
+    kinetic_ahead: f64,
+    external_ahead: f64,
+    damping_ahead: f64,
+}
+
+impl Simulation {
+    /// Calibrate the bonds of a problem's body, cut its cracks, and bring it to its start.
+    ///
+    /// # Errors
+    /// A body without nodes; a material that cannot be calibrated or, in motion, has no density; conditions that
+    /// contradict each other; a step above the stable one; a start from an equilibrium that is none.
+    pub fn new(problem: Problem) -> Result<Self> {
+        if problem.body.nodes() == 0 {
+            return Err(Error::input("the body has no nodes", "use a smaller spacing or a larger body"));
+        }
+        let (bonds, regions) = assemble::bonds(&problem)?;
+        let loading = Loading::new(&problem)?;
+        let warnings = regions.iter().filter(|r| r.relative_error > 1e-3).map(|r| {
+            format!(
+                "region {}: the bonds reach its stiffness to {:.2} % only (model hybrid reaches every tensor)",
+                r.name,
+                100.0 * r.relative_error
+            )
+        });
+        let mut simulation = Simulation {
+            warnings: warnings.collect(),
+            bond_count: bonds.unbroken() as u64,
+            u: bonds.padded(),
+            crack: CrackFront::new(&problem, bonds.damage()),
+            stage: Stage::Equilibrium { statics: statics_of(&problem.schedule), last: None },
+            step: 0,
+            steps: 1,
+            ledger: Ledger::default(),
+            problem,
+            regions,
+            bonds,
+            loading,
+        };
+        simulation.begin()?;
+        Ok(simulation)
+    }
+
+    /// The state at the start.
+    fn begin(&mut self) -> Result<()> {
+        match self.problem.schedule {
+            Schedule::Equilibrium { steps, .. } => {
+                if steps == 0 {
+                    return Err(Error::input("equilibrium in 0 load steps", "give at least 1 step"));
+                }
+                if self.loading.has_velocities() {
+                    return Err(Error::input(
+                        "a velocity is prescribed, but the body is to be in equilibrium",
+                        "prescribe a displacement, or give a duration instead of load steps",
+                    ));
+                }
+                self.steps = steps as u64;
+                Ok(())
+            }
+            Schedule::Motion { duration, from_equilibrium, .. } => {
+                let evidence = self.time_step()?;
+                self.steps = ((duration / evidence.step).round() as u64).max(1);
+                if from_equilibrium {
+                    self.start_from_equilibrium()?;
+                }
+                let velocity = self.initial_velocity();
+                let damping = damping_of(&self.problem.schedule);
+                let mut motion = Motion::new(&self.problem, velocity, evidence.step, damping);
+                self.ledger.initial = motion.kinetic_ahead + self.bonds.energy(&self.u, self.problem.kinematics);
+                let span = 0.5 * evidence.step;
+                let kinetic = motion.kinetic_ahead;
+                let first =
+                    motion.kick(&self.problem, &self.loading, &mut self.bonds, &self.u, (0.0, span), true);
+                // The first pass lies ahead as a whole; of later ones a half does.
+                let (external, damping) = (2.0 * first.external, 2.0 * first.damping);
+                let ahead = Pass { kinetic, external, damping, ..first };
+                self.stage = Stage::Motion { motion, evidence, ahead };
+                self.settle_ledger(true);
+                self.ledger.external = 0.0;
+                self.ledger.damping = 0.0;
+                Ok(())
+            }
+        }
+    }
+
+    /// The largest stable step, the one used, and whether that is allowed.
+    fn time_step(&self) -> Result<StepEvidence> {
+        let Schedule::Motion { step, safety, force_step, .. } = self.problem.schedule else {
+            return Err(Error::input("equilibrium has no time step", "give a duration"));
+        };
+        if let Some(region) = self.problem.regions.iter().find(|r| r.density.is_nan() || r.density <= 0.0) {
+            return Err(Error::input(
+                format!("region {} has no density, but the body is to move", region.name),
+                "give it a density, as density = \"2700 kg/m3\"",
+            ));
+        }
+        let volume = self.problem.body.grid.spacing.powi(3);
+        let densities: Vec<f64> = self.problem.regions.iter().map(|r| r.density * volume).collect();
+        let mass = |node: usize| match self.problem.body.region[node] {
+            0 => 0.0,
+            region => densities[usize::from(region) - 1],
+        };
+        let stable = crate::solver::stable_step(self.bonds.largest_squared_frequency(mass));
+        let step = step.unwrap_or(safety * stable);
+        if step > stable && !force_step {
+            return Err(Error::input(
+                format!("the time step {step:.4e} s is above the stable one, {stable:.4e} s"),
+                "leave the step out, give a smaller one, or set force_step = true",
+            ));
+        }
+        Ok(StepEvidence { step, stable })
+    }
+
+    fn start_from_equilibrium(&mut self) -> Result<()> {
+        let statics = statics_of(&self.problem.schedule);
+        let start = VectorField::zeros(self.problem.body.grid.len());
+        let settled = statics
+            .settle(&self.problem, &self.loading, &mut self.bonds, start, 0.0)
+            .map_err(|e| e.at("equilibrium at the start"))?;
+        self.u.set(&settled.displacement);
+        self.ledger.broken_bonds += settled.broken.count as u64;
+        Ok(())
+    }
+
+    fn initial_velocity(&self) -> VectorField {
+        let mut velocity = VectorField::zeros(self.problem.body.grid.len());
+        for (nodes, value) in &self.problem.initial_velocity {
+            nodes.iter().for_each(|&node| velocity.set(node as usize, value));
+        }
+        velocity
+    }
+
+    /// Do one time step or one load step.
+    ///
+    /// # Errors
+    /// Numbers that are none; an equilibrium that is not found.
+    pub fn advance(&mut self) -> Result<()> {
+        if self.is_motion() { self.advance_motion() } else { self.advance_equilibrium() }
+    }
+
+    fn advance_motion(&mut self) -> Result<()> {
+        let next = self.step + 1;
+        let every = self.problem.output.probe_every.max(1) as u64;
+        let measured = next.is_multiple_of(every) || next == self.steps || next.is_multiple_of(CHECK_EVERY);
+        if let Stage::Motion { motion, evidence, ahead } = &mut self.stage {
+            // The half of the last pass that reached ahead is now behind.
+            self.ledger.external += 0.5 * ahead.external;
+            self.ledger.damping += 0.5 * ahead.damping;
+            motion.drift(&mut self.u);
+            let at = (next as f64 * evidence.step, evidence.step);
+            *ahead = motion.kick(&self.problem, &self.loading, &mut self.bonds, &self.u, at, measured);
+        }
+        self.step = next;
+        self.settle_ledger(measured);
+        if measured {
+            self.check_numbers()?;
+            if self.bonds.breakable() {
+                self.crack.look(&self.bonds, self.time());
+            }
+        }
+        Ok(())
+    }
+
+    /// Bring the ledger to the moment of the displacements.
+    fn settle_ledger(&mut self, measured: bool) {
+        let Stage::Motion { ahead, .. } = &self.stage else { return };
+        self.ledger.kinetic = ahead.kinetic;
+        self.ledger.external += 0.5 * ahead.external;
+        self.ledger.damping += 0.5 * ahead.damping;
+        self.ledger.fracture += ahead.broken.energy;
+        self.ledger.broken_bonds += ahead.broken.count as u64;
+        if measured {
+            self.ledger.strain = match self.problem.kinematics {
+                Kinematics::Linear => ahead.strain,
+                Kinematics::Finite => self.bonds.energy(&self.u, Kinematics::Finite),
+            };
+        }
+    }
+
+    /// Names the first node whose numbers are none.
+    fn check_numbers(&self) -> Result<()> {
+        let Stage::Motion { motion, .. } = &self.stage else { return Ok(()) };
+        if motion.kinetic_ahead.is_finite() && self.ledger.strain.is_finite() {
+            return Ok(());
+        }
+        let bad = (0..motion.velocity.len()).find(|&node| !motion.velocity.at(node).iter().all(|v| v.is_finite()));
+        let place = bad.map(|node| self.problem.body.grid.position(node));
+        let place = place.map_or(String::new(), |p| format!(" at ({:.4e}, {:.4e}, {:.4e}) m", p.x, p.y, p.z));
+        Err(Error::input(
+            format!("the motion is no longer a number{place} at t = {:.4e} s", self.time()),
+            "use a smaller time step, and look at the loads",
+        ))
+    }
+
+    fn advance_equilibrium(&mut self) -> Result<()> {
+        let factor = (self.step + 1) as f64 / self.steps as f64;
+        let Stage::Equilibrium { statics, last } = &mut self.stage else { return Ok(()) };
+        let before = self.u.get();
+        let settled = statics
+            .settle(&self.problem, &self.loading, &mut self.bonds, before.clone(), factor)
+            .map_err(|e| e.at(format!("load step {} of {}", self.step + 1, self.steps)))?;
+        *last = Some(settled.evidence);
+        self.u.set(&settled.displacement);
+        self.step += 1;
+        self.ledger.strain = self.bonds.energy(&self.u, self.problem.kinematics);
+        self.ledger.fracture += settled.broken.energy;
+        self.ledger.broken_bonds += settled.broken.count as u64;
+        self.ledger.external += self.work_since(&before, factor);
+        self.crack.look(&self.bonds, self.time());
+        Ok(())
+    }
+
+    /// Work (J) of loads and supports over a load step: mean of the forces before and after on the way between. The
+    /// forces of loads and supports are minus those of the bonds.
+    fn work_since(&self, before: &VectorField, factor: f64) -> f64 {
+        let previous = factor - 1.0 / self.steps as f64;
+        let n = before.len();
+        let (was, is) = (self.loading.at(previous), self.loading.at(factor));
+        let (load_was, load_is) = (self.loading.force_field(n, &was), self.loading.force_field(n, &is));
+        let held = self.loading.displacements(&is);
+        let after = self.u.get();
+        let force_is = self.forces();
+        let mut work = 0.0;
+        for node in 0..n {
+            let way = after.at(node) - before.at(node);
+            work += 0.5 * way.dot(&(load_was.at(node) + load_is.at(node)));
+        }
+        // Supports: the force at the end on the way; their force at the begin is that of a linear rise.
+        for (node, value) in held {
+            let node = node as usize;
+            let part = |a: usize| {
+                let reaction = -force_is.at(node)[a] - load_is.at(node)[a];
+                let way = after.at(node)[a] - before.at(node)[a];
+                reaction * way * (0.5 + 0.5 * previous / factor)
+            };
+            work += (0..3).filter(|&a| value[a].is_some()).map(part).sum::<f64>();
+        }
+        work
+    }
+
+    /// Whether the last step is done.
+    pub fn finished(&self) -> bool {
+        self.step >= self.steps
+    }
+
+    /// Steps done.
+    pub fn step(&self) -> u64 {
+        self.step
+    }
+
+    /// Steps in all.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// Time (s) in motion, load factor (–) in equilibrium.
+    pub fn time(&self) -> f64 {
+        match &self.stage {
+            Stage::Motion { evidence, .. } => self.step as f64 * evidence.step,
+            Stage::Equilibrium { .. } => self.step as f64 / self.steps as f64,
+        }
+    }
+
+    /// A time or load factor as people read it.
+    pub fn time_text(&self, time: f64) -> String {
+        if !self.is_motion() {
+            return format!("load factor {time:.3}");
+        }
+        let (scale, unit) = match time {
+            t if t < 1e-6 => (1e9, "ns"),
+            t if t < 1e-3 => (1e6, "µs"),
+            t if t < 1.0 => (1e3, "ms"),
+            _ => (1.0, "s"),
+        };
+        format!("t = {:.3} {unit}", time * scale)
+    }
+
+    /// Whether the body moves.
+    pub fn is_motion(&self) -> bool {
+        matches!(self.stage, Stage::Motion { .. })
+    }
+
+    /// The problem.
+    pub fn problem(&self) -> &Problem {
+        &self.problem
+    }
+
+    /// The bonds, as they are now.
+    pub fn bond_state(&self) -> &GridBonds<f64> {
+        &self.bonds
+    }
+
+    /// Bonds at the start, each pair once, pre-cracks cut.
+    pub fn bonds(&self) -> u64 {
+        self.bond_count
+    }
+
+    /// Energies.
+    pub fn ledger(&self) -> &Ledger {
+        &self.ledger
+    }
+
+    /// What the bonds of every region reach.
+    pub fn regions(&self) -> &[RegionEvidence] {
+        &self.regions
+    }
+
+    /// What a user should know of this run.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// A warning where the energy does not balance.
+    pub fn drift_warning(&self) -> Option<String> {
+        let drift = self.ledger.relative_drift();
+        (self.is_motion() && drift > DRIFT).then(|| {
+            format!("the energy has drifted by {:.1} % of its largest part; use a smaller time step", 100.0 * drift)
+        })
+    }
+
+    /// The time step; `None` in equilibrium.
+    pub fn step_evidence(&self) -> Option<StepEvidence> {
+        match &self.stage {
+            Stage::Motion { evidence, .. } => Some(*evidence),
+            Stage::Equilibrium { .. } => None,
+        }
+    }
+
+    /// How the last load step ended; `None` in motion.
+    pub fn static_evidence(&self) -> Option<StaticEvidence> {
+        match &self.stage {
+            Stage::Motion { .. } => None,
+            Stage::Equilibrium { last, .. } => *last,
+        }
+    }
+
+    /// Where the crack has been, and when: nodes (m) in the order in which they were found damaged.
+    pub fn crack_path(&self) -> Vec<(Vector3<f64>, f64)> {
+        self.crack.path(&self.problem.body.grid)
+    }
+
+    /// How fast the crack's tip moved.
+    pub fn crack_speed(&self) -> Option<SpeedFit> {
+        if self.is_motion() { self.crack.speed(&self.problem.body.grid) } else { None }
+    }
+
+    /// Everything that is needed to go on.
+    pub fn save(&self) -> SavedState {
+        let mut state = SavedState::default();
+        let mut about = About {
+            step: self.step,
+            ledger: self.ledger,
+            kinetic_ahead: 0.0,
+            external_ahead: 0.0,
+            damping_ahead: 0.0,
+        };
+        let names = ["x", "y", "z"];
+        let mut keep = |prefix: &str, field: VectorField| {
+            let arrays = names.iter().zip(field.components).map(|(axis, values)| (format!("{prefix}_{axis}"), values));
+            state.numbers.extend(arrays);
+        };
+        keep("displacement", self.u.get());
+        if let Stage::Motion { motion, ahead, .. } = &self.stage {
+            keep("velocity", motion.velocity.clone());
+            about.kinetic_ahead = motion.kinetic_ahead;
+            about.external_ahead = ahead.external;
+            about.damping_ahead = ahead.damping;
+        }
+        state.numbers.push(("damaged_at".into(), self.crack.times().to_vec()));
+        state.words.push(("bonds".into(), self.bonds.unbroken_bits()));
+        state.about = serde_json::to_string(&about).unwrap_or_default();
+        state
+    }
+
+    /// Go on from a saved state of the same problem.
+    ///
+    /// # Errors
+    /// A state of another problem.
+    pub fn restore(&mut self, mut state: SavedState) -> Result<()> {
+        let about: About = serde_json::from_str(&state.about)
+            .map_err(|e| Error::input(format!("the saved state cannot be read: {e}"), "start anew"))?;
+        let n = self.problem.body.grid.len();
+        let mut field = |prefix: &str| -> Result<VectorField> {
+            let [x, y, z] = ["x", "y", "z"].map(|axis| state.take_numbers(&format!("{prefix}_{axis}"), n));
+            Ok(VectorField { components: [x?, y?, z?] })
+        };
+        self.u.set(&field("displacement")?);
+        if let Stage::Motion { motion, ahead, .. } = &mut self.stage {
+            motion.velocity = field("velocity")?;
+            motion.kinetic_ahead = about.kinetic_ahead;
+            ahead.external = about.external_ahead;
+            ahead.damping = about.damping_ahead;
+        }
+        let damaged = self.crack.times().len();
+        self.crack.restore(state.take_numbers("damaged_at", damaged)?);
+        let words = self.bonds.unbroken_bits().len();
+        self.bonds.restore_bits(&state.take_words("bonds", words)?);
+        self.step = about.step;
+        self.ledger = about.ledger;
+        Ok(())
+    }
+}
+
+/// How equilibrium is found under a schedule.
+fn statics_of(schedule: &Schedule) -> Statics {
+    match *schedule {
+        Schedule::Equilibrium { tolerance, relaxation, .. } => Statics {
+            stopping: Stopping { tolerance, most_iterations: if relaxation { 200 * MOST_ITERATIONS } else { MOST_ITERATIONS } },
+            method: if relaxation { Method::Relaxation } else { Method::default() },
+        },
+        Schedule::Motion { .. } => Statics {
+            stopping: Stopping { tolerance: START_TOLERANCE, most_iterations: MOST_ITERATIONS },
+            method: Method::default(),
+        },
+    }
+}
+
+fn damping_of(schedule: &Schedule) -> f64 {
+    match *schedule {
+        Schedule::Motion { damping, .. } => damping,
+        Schedule::Equilibrium { .. } => 0.0,
+    }
+}

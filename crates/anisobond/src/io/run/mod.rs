@@ -1,0 +1,285 @@
+//! A run from its statement to its files: probes, frames, checkpoints, summary; interrupted, it goes on where it was.
+
+mod frames;
+mod summary;
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+use twox_hash::XxHash3_128;
+
+use self::frames::Frames;
+pub use self::summary::RunSummary;
+use super::results::{Checkpoints, ProbeTable};
+use super::write_atomically;
+use crate::experiment::{Ledger, Problem, Simulation};
+use crate::{Error, Result};
+
+/// What the user wants of a run.
+pub struct RunOptions<'a> {
+    /// Folder for the results.
+    pub folder: &'a Path,
+    /// Go on with the run that the folder's checkpoint is of.
+    pub resume: bool,
+    /// What tells one case from another: a checkpoint is only gone on with by the case that it is of.
+    pub case: &'a str,
+    /// Set to stop after the step that is being computed.
+    pub stop: &'a AtomicBool,
+}
+
+/// What tells a case from others: a checksum of its file, of what replaces values in it, and of this program's version.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn case_identity(path: impl AsRef<Path>, overrides: &[String]) -> Result<String> {
+    let path = path.as_ref();
+    let text = std::fs::read(path).map_err(|e| Error::file("read", path, e))?;
+    let mut hash = XxHash3_128::new();
+    hash.write(&text);
+    overrides.iter().for_each(|o| hash.write(o.as_bytes()));
+    hash.write(env!("CARGO_PKG_VERSION").as_bytes());
+    Ok(format!("{:032x}", hash.finish_128()))
+}
+
+/// How far a run is.
+#[derive(Clone, Copy, Debug)]
+pub struct RunProgress {
+    /// Steps done, and steps in all.
+    pub steps: [u64; 2],
+    /// Time (s) or load factor (–).
+    pub time: f64,
+    /// Steps per second of this session.
+    pub steps_per_second: f64,
+    /// Bonds updated per second, each pair counted once.
+    pub bonds_per_second: f64,
+    /// Broken bonds so far.
+    pub broken: u64,
+}
+
+/// What a checkpoint says of the run beside its state.
+#[derive(Serialize, Deserialize)]
+struct About {
+    case: String,
+    probe_bytes: u64,
+    frame_times: Vec<f64>,
+    simulation: String,
+    seconds: f64,
+}
+
+/// Runs a problem to its end, or until it is stopped.
+///
+/// # Errors
+/// A problem that cannot be run; files that cannot be written; a folder with results, or with a checkpoint of another
+/// case; numbers that are none in flight; interruption, with the checkpoint to go on from.
+pub fn run_problem(
+    problem: Problem,
+    options: &RunOptions,
+    mut progress: impl FnMut(&RunProgress),
+) -> Result<RunSummary> {
+    let mut run = Run::begin(problem, options)?;
+    let (started, first_step) = (Instant::now(), run.simulation.step());
+    let mut saved = Instant::now();
+    while !run.simulation.finished() {
+        let advanced = run.simulation.advance();
+        advanced.map_err(|error| run.failed(error))?;
+        run.record()?;
+        let seconds = started.elapsed().as_secs_f64();
+        let rate = (run.simulation.step() - first_step) as f64 / seconds.max(1e-9);
+        progress(&RunProgress {
+            steps: [run.simulation.step(), run.simulation.steps()],
+            time: run.simulation.time(),
+            steps_per_second: rate,
+            bonds_per_second: rate * run.simulation.bonds() as f64,
+            broken: run.simulation.ledger().broken_bonds,
+        });
+        let stop = options.stop.load(Ordering::Relaxed) && !run.simulation.finished();
+        if stop || saved.elapsed().as_secs_f64() > run.simulation.problem().output.checkpoint_every {
+            run.checkpoint()?;
+            saved = Instant::now();
+        }
+        if stop {
+            return Err(Error::Interrupted { message: run.how_to_go_on() });
+        }
+    }
+    run.finish()
+}
+
+/// A run under way.
+struct Run {
+    simulation: Simulation,
+    folder: PathBuf,
+    case: String,
+    checkpoints: Checkpoints,
+    probes: ProbeTable,
+    frames: Frames,
+    started: Instant,
+    seconds_before: f64,
+    warnings: Vec<String>,
+}
+
+impl Run {
+    fn begin(problem: Problem, options: &RunOptions) -> Result<Self> {
+        let folder = options.folder;
+        let checkpoints = Checkpoints::in_folder(folder);
+        let probes = folder.join("probes.csv");
+        if options.resume && checkpoints.exist() {
+            return Run::resume(Simulation::new(problem)?, checkpoints, options);
+        }
+        if options.resume {
+            return Err(Error::input(
+                format!("{} has no checkpoint to resume from", folder.display()),
+                "leave --resume out, to start anew",
+            ));
+        }
+        if checkpoints.exist() || probes.exists() {
+            return Err(Error::input(
+                format!("{} already has results of a run", folder.display()),
+                "go on with --resume, or give another folder",
+            ));
+        }
+        let simulation = Simulation::new(problem)?;
+        std::fs::create_dir_all(folder).map_err(|e| Error::file("create", folder, e))?;
+        let probes = ProbeTable::create(probes, &columns(&simulation))?;
+        let mut run = Run {
+            folder: folder.to_path_buf(),
+            case: options.case.to_string(),
+            checkpoints,
+            probes,
+            frames: Frames::new(folder, &[])?,
+            started: Instant::now(),
+            seconds_before: 0.0,
+            warnings: simulation.warnings().to_vec(),
+            simulation,
+        };
+        run.probes.row(&row(&run.simulation))?;
+        if run.writes_frames() {
+            run.frames.write(&run.simulation)?;
+        }
+        Ok(run)
+    }
+
+    fn resume(mut simulation: Simulation, checkpoints: Checkpoints, options: &RunOptions) -> Result<Self> {
+        let (mut state, damaged) = checkpoints.load()?;
+        let about: About = serde_json::from_str(&state.about)
+            .map_err(|e| Error::input(format!("the checkpoint cannot be read: {e}"), "start anew in another folder"))?;
+        if about.case != options.case {
+            return Err(Error::input(
+                format!("the checkpoint in {} is of another case, or of one since changed", options.folder.display()),
+                "resume with the case as it was, or start anew in another folder",
+            ));
+        }
+        state.about = about.simulation;
+        simulation.restore(state)?;
+        let mut warnings = simulation.warnings().to_vec();
+        warnings.extend(damaged.map(|why| format!("the newest checkpoint was damaged, the one before is used: {why}")));
+        Ok(Run {
+            folder: options.folder.to_path_buf(),
+            case: about.case,
+            checkpoints,
+            probes: ProbeTable::resume(options.folder.join("probes.csv"), about.probe_bytes)?,
+            frames: Frames::new(options.folder, &about.frame_times)?,
+            started: Instant::now(),
+            seconds_before: about.seconds,
+            warnings,
+            simulation,
+        })
+    }
+
+    /// Probes and frames of the present step, where they are due.
+    fn record(&mut self) -> Result<()> {
+        let (step, steps) = (self.simulation.step(), self.simulation.steps());
+        let every = self.simulation.problem().output.probe_every as u64;
+        if step.is_multiple_of(every.max(1)) || step == steps {
+            self.probes.row(&row(&self.simulation))?;
+        }
+        let frames = self.simulation.problem().output.frames as u64;
+        let due = |step: u64| (u128::from(step) * u128::from(frames) / u128::from(steps.max(1))) as u64;
+        if self.writes_frames() && due(step) > due(step - 1) {
+            self.frames.write(&self.simulation)?;
+        }
+        Ok(())
+    }
+
+    fn writes_frames(&self) -> bool {
+        let output = &self.simulation.problem().output;
+        output.frames > 0 && !(output.fields.is_empty() && output.slices.is_empty())
+    }
+
+    fn checkpoint(&mut self) -> Result<()> {
+        self.frames.drain()?;
+        let mut state = self.simulation.save();
+        let about = About {
+            case: self.case.clone(),
+            probe_bytes: self.probes.flush()?,
+            frame_times: self.frames.times(),
+            simulation: std::mem::take(&mut state.about),
+            seconds: self.seconds(),
+        };
+        state.about = serde_json::to_string(&about).map_err(|e| Error::file("write", &self.folder, e.into()))?;
+        self.checkpoints.save(&state)
+    }
+
+    fn seconds(&self) -> f64 {
+        self.seconds_before + self.started.elapsed().as_secs_f64()
+    }
+
+    /// A failure in flight, with what is kept.
+    fn failed(&self, error: Error) -> Error {
+        let place = format!("{}, step {}", self.simulation.problem().name, self.simulation.step());
+        match error {
+            Error::Input { place: inner, problem, remedy } if self.checkpoints.exist() => Error::Input {
+                place: if inner.is_empty() { place } else { format!("{place}, {inner}") },
+                problem,
+                remedy: format!("{remedy}; the last good checkpoint is kept in {}", self.folder.display()),
+            },
+            other => other.at(place),
+        }
+    }
+
+    fn how_to_go_on(&self) -> String {
+        format!(
+            "step {} of {} is done and kept in {}; run the same command with --resume to go on",
+            self.simulation.step(),
+            self.simulation.steps(),
+            self.folder.display()
+        )
+    }
+
+    fn finish(mut self) -> Result<RunSummary> {
+        self.probes.flush()?;
+        let summary = RunSummary::new(&self.simulation, self.seconds(), self.warnings);
+        self.frames.finish(&self.simulation)?;
+        let crack = self.simulation.crack_path();
+        if !crack.is_empty() {
+            let mut text = String::from("x_m,y_m,z_m,time\n");
+            for (at, time) in &crack {
+                text += &format!("{:?},{:?},{:?},{time:?}\n", at.x, at.y, at.z);
+            }
+            write_atomically(self.folder.join("crack.csv"), text)?;
+        }
+        let json = serde_json::to_string_pretty(&summary).map_err(|e| Error::file("write", &self.folder, e.into()))?;
+        write_atomically(self.folder.join("summary.json"), json + "\n")?;
+        self.checkpoints.remove();
+        Ok(summary)
+    }
+}
+
+/// Names of the columns of the probes.
+fn columns(simulation: &Simulation) -> Vec<String> {
+    let mut columns = vec![if simulation.is_motion() { "time_s" } else { "load_factor" }.to_string()];
+    columns.extend(Ledger::COLUMNS.map(String::from));
+    for probe in &simulation.problem().probes {
+        columns.extend(probe.quantity.columns().iter().map(|c| format!("{}_{c}", probe.name)));
+    }
+    columns
+}
+
+/// A row of the probes.
+fn row(simulation: &Simulation) -> Vec<f64> {
+    let mut row = vec![simulation.time()];
+    row.extend(simulation.ledger().row());
+    simulation.problem().probes.iter().for_each(|probe| row.extend(simulation.measure(probe)));
+    row
+}

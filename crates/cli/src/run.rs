@@ -1,0 +1,81 @@
+//! `anisobond run`.
+
+use anisobond::Result;
+use anisobond::io::CaseFile;
+use anisobond::io::run::{RunOptions, RunProgress, RunSummary, case_identity, run_problem};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::{Ending, args, interrupt, text};
+
+pub fn run(args: &args::Run) -> Result<Ending> {
+    let case = CaseFile::read(&args.case.case, &args.case.set)?;
+    let identity = case_identity(&args.case.case, &args.case.set)?;
+    let folder = args.output.clone().unwrap_or_else(|| case.name().into());
+    let options = RunOptions { folder: &folder, resume: args.resume, case: &identity, stop: interrupt::flag() };
+    let bar = ProgressBar::new(0);
+    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} steps, {msg}, {eta} left");
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    let summary = run_problem(case.problem()?, &options, |p| show(&bar, p));
+    bar.finish_and_clear();
+    let summary = summary?;
+    for warning in &summary.warnings {
+        eprintln!("warning: {warning}");
+    }
+    if args.json {
+        text::print_json(&summary)?;
+    } else {
+        text::print(&describe(&summary, &folder.display().to_string()))?;
+    }
+    Ok(Ending::Done)
+}
+
+fn show(bar: &ProgressBar, p: &RunProgress) {
+    bar.set_length(p.steps[1]);
+    bar.set_position(p.steps[0]);
+    let broken = if p.broken > 0 { format!(", {} bonds broken", p.broken) } else { String::new() };
+    bar.set_message(format!("{:.1} steps/s, {:.2e} bonds/s{broken}", p.steps_per_second, p.bonds_per_second));
+}
+
+fn describe(s: &RunSummary, folder: &str) -> String {
+    let n = text::number;
+    let mut out = format!("{}: {} nodes, {} bonds\n", s.case, s.nodes, s.bonds);
+    if let Some(step) = &s.time_step {
+        out += &format!("motion            {} steps of {} s (stable {} s) to {} s\n", s.steps, n(step.step), n(step.stable), n(s.time));
+    }
+    if let Some(e) = &s.equilibrium {
+        out += &format!(
+            "equilibrium       {} load steps; the last in {} iterations, {} operator applications, residual {:.1e}\n",
+            s.steps, e.report.iterations, e.report.applications, e.report.residual
+        );
+    }
+    for r in &s.regions {
+        out += &format!("  {:16}{} nodes, stiffness reached to {:.1e}", r.name, r.nodes, r.relative_error);
+        if let Some(f) = &r.fracture {
+            out += &format!(
+                ", fracture energy {} J/m² wanted, {} reached (deviation {:.2} % rms)",
+                n(f.wanted_mean),
+                n(f.reached_mean),
+                100.0 * f.rms_deviation
+            );
+        }
+        out += "\n";
+    }
+    let e = &s.energy;
+    out += &format!(
+        "energy (J)        kinetic {}, strain {}, damping {}, fracture {}, external {}; drift {:.1e}\n",
+        n(e.kinetic),
+        n(e.strain),
+        n(e.damping),
+        n(e.fracture),
+        n(e.external),
+        s.relative_drift
+    );
+    if e.broken_bonds > 0 {
+        out += &format!("broken bonds      {}, largest damage {:.3}\n", e.broken_bonds, s.largest_damage);
+    }
+    if let Some(c) = &s.crack_speed {
+        out += &format!("crack             {} m long, {} m/s (largest {} m/s)\n", n(c.length), n(c.speed), n(c.largest_speed));
+    }
+    out += &format!("{:.1} s; results in {folder}\n", s.seconds);
+    out
+}
