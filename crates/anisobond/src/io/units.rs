@@ -141,7 +141,7 @@ impl Dimension {
     }
 
     /// A quantity as an example for messages.
-    fn example(self) -> &'static str {
+    pub(super) fn example(self) -> &'static str {
         match self {
             Dimension::Stress => "\"130 GPa\"",
             Dimension::Compliance => "\"7.7 1/TPa\"",

@@ -108,8 +108,12 @@ mod tests {
         let (r, h) = (1.0, 0.8);
         let pi = std::f64::consts::PI;
         let ball = Solid::Sphere { centre: Vector3::new(0.03, 0.01, 0.02), radius: r };
-        let rod =
-            Solid::Cylinder { centre: Vector3::zeros(), axis: Vector3::new(0.3, 0.5, 0.8).normalize(), radius: r, half_length: h };
+        let rod = Solid::Cylinder {
+            centre: Vector3::zeros(),
+            axis: Vector3::new(0.3, 0.5, 0.8).normalize(),
+            radius: r,
+            half_length: h,
+        };
         let hollow = Solid::Difference(
             Box::new(block(2.0, 2.0, 2.0)),
             vec![Solid::Sphere { centre: Vector3::repeat(1.0), radius: 0.7 }],

@@ -128,10 +128,10 @@ impl Solid {
             Solid::HalfSpace { point, normal } => {
                 let (mut low, mut high) = (-infinite, infinite);
                 for a in 0..3 {
-                    match normal[a] {
-                        n if n == 1.0 => high[a] = point[a],
-                        n if n == -1.0 => low[a] = point[a],
-                        _ => {}
+                    if normal[a] == 1.0 {
+                        high[a] = point[a];
+                    } else if normal[a] == -1.0 {
+                        low[a] = point[a];
                     }
                 }
                 [low, high]
