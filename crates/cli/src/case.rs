@@ -51,7 +51,10 @@ fn describe(plan: &CasePlan, description: &str) -> String {
     }
     out += &format!("\n  {:24}{:14}{:>10}  {}\n", "condition", "kind", "nodes", "resultant (N)");
     for c in &plan.conditions {
-        let total = c.force.map_or_else(|| "–".into(), |f| format!("({})", f.map(round).join(", ")));
+        // The rounding of sums that vanish is not shown.
+        let rounding = 1e-9 * c.load.unwrap_or(0.0);
+        let shown = |x: f64| text::number(if x.abs() < rounding { 0.0 } else { x });
+        let total = c.force.map_or_else(|| "–".into(), |f| format!("({})", f.map(shown).join(", ")));
         let sum = c.load.map_or_else(String::new, |l| format!(", magnitudes sum to {}", text::number(l)));
         out += &format!("  {:24}{:14}{:>10}  {total}{sum}\n", c.name, c.kind, c.nodes);
     }
@@ -60,11 +63,6 @@ fn describe(plan: &CasePlan, description: &str) -> String {
         out += &format!("  probe {name}: {nodes} {word}\n");
     }
     out
-}
-
-/// A force; the rounding of sums that vanish is not shown.
-fn round(x: f64) -> String {
-    text::number(if x.abs() < 1e-9 { 0.0 } else { x })
 }
 
 fn memory(bytes: u64) -> String {

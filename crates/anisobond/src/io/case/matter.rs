@@ -18,6 +18,9 @@ use crate::lattice::Solid;
 use crate::tensor::Stiffness;
 use crate::{Error, Result};
 
+/// Most regions of one file.
+const MOST_REGIONS: usize = 10_000;
+
 /// Most layers of one laminate.
 const MOST_LAYERS: usize = 65_000;
 
@@ -134,6 +137,10 @@ impl<'n> Matters<'_, 'n> {
             let matter = self.of(&[])?;
             let (spot, filling) = (self.root.spot(), Filling::One(matter));
             return Ok(vec![RegionStatement { spot, name: "body".into(), solid: None, over: false, filling }]);
+        }
+        if let Some(value) = tables.get(MOST_REGIONS) {
+            let problem = format!("there are more than {MOST_REGIONS} regions");
+            return Err(value.wrong(problem, "use grains or layers for many parts"));
         }
         let mut regions: Vec<RegionStatement> = Vec::new();
         for (n, value) in tables.into_iter().enumerate() {

@@ -37,7 +37,8 @@ pub fn grid_around(solid: &Solid, spacing: f64, periodic: [bool; 3], plane_strai
         let (extent, middle) = (high[a] - low[a], 0.5 * (low[a] + high[a]));
         if plane_strain == Some(a) {
             (cells[a], periodic[a]) = (1.0, true);
-            origin[a] = if middle.is_finite() { middle } else { 0.0 };
+            let ends = [middle, low[a] + 0.5 * spacing, high[a] - 0.5 * spacing];
+            origin[a] = ends.into_iter().find(|x| x.is_finite()).unwrap_or(0.0);
             continue;
         }
         // An empty intersection has extents of −∞ or NaN.
