@@ -23,6 +23,8 @@ pub enum Command {
     Lattice(Lattice),
     ElementTest(ElementTest),
     Sweep(Sweep),
+    Check(CheckCase),
+    New(New),
     Verify(Verify),
     Materials(Materials),
     Completions(Completions),
@@ -315,6 +317,46 @@ pub struct Sweep {
     /// Print one JSON document
     #[arg(long)]
     pub json: bool,
+}
+
+/// A case file, and values of it replaced.
+#[derive(Args)]
+pub struct CaseArgs {
+    /// Case file (TOML; docs/cases.md)
+    pub case: PathBuf,
+    /// Replace or add a value of the file: grid.spacing='0.5 mm', condition.0.pressure='2 MPa' (repeatable)
+    #[arg(long, value_name = "KEY=VALUE", allow_hyphen_values = true)]
+    pub set: Vec<String>,
+}
+
+/// Say what a case would take, without running it: nodes, bonds, memory, regions, conditions with their forces
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  anisobond check cases/glass-branching.toml
+  anisobond check cases/glass-branching.toml --set grid.spacing='0.5 mm' --json")]
+pub struct CheckCase {
+    #[command(flatten)]
+    pub case: CaseArgs,
+    /// Print one JSON document
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Write a starter
+#[derive(Args)]
+pub struct New {
+    #[command(subcommand)]
+    pub what: NewWhat,
+}
+
+#[derive(Subcommand)]
+pub enum NewWhat {
+    /// Write a commented case that runs as it is: NAME.toml
+    Case {
+        /// Name of the case; a path with folders is one, too
+        name: PathBuf,
+    },
 }
 
 /// Recompute the printed values of a document and compare

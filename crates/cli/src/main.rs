@@ -5,6 +5,7 @@
 
 mod args;
 mod calibrate;
+mod case;
 mod folder;
 mod interrupt;
 mod lattice;
@@ -59,6 +60,8 @@ fn run(cli: args::Cli) -> Result<Ending> {
         args::Command::Lattice(a) => lattice::run(&a),
         args::Command::ElementTest(a) => lattice::test(&a),
         args::Command::Sweep(a) => sweep::run(&a),
+        args::Command::Check(a) => case::check(&a),
+        args::Command::New(a) => case::new(&a),
         args::Command::Verify(a) => verify::run(&a),
         args::Command::Materials(a) => materials::run(&a),
         args::Command::Completions(a) => {

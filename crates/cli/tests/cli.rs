@@ -602,3 +602,24 @@ fn bad_lattices_get_one_message() {
         assert!(message.contains(fragment), "{args:?}: {message}");
     }
 }
+
+/// A starter is written once, is a case, and its numbers are those of the values set.
+#[test]
+fn a_new_case_can_be_checked() {
+    let folder = folder();
+    let path = folder.path().join("bar").to_str().unwrap().to_string();
+    assert!(stdout(&["new", "case", &path]).contains("bar.toml"));
+    let file = format!("{path}.toml");
+    let plan = json(&["check", &file, "--json"]);
+    assert_eq!((plan["nodes"].as_u64(), plan["grid"][0].as_u64()), (Some(3200), Some(80)));
+    let finer = json(&["check", &file, "--json", "--set", "grid.spacing=0.25 mm", "--set", "name=finer"]);
+    assert_eq!((finer["nodes"].as_u64(), finer["name"].as_str()), (Some(12800), Some("finer")));
+    assert_eq!(finer["conditions"][0]["force"][1].as_f64(), Some(40.0));
+    assert!(stdout(&["check", &file]).contains("nodes             3200"));
+    assert!(refused(&["new", "case", &path], 2).contains("bar.toml exists"));
+    let message = refused(&["check", &file, "--set", "grid.spacign=1 mm"], 2);
+    assert!(
+        message.contains("--set grid.spacign: unknown key") && message.contains("did you mean spacing?"),
+        "{message}"
+    );
+}

@@ -17,7 +17,7 @@ const DEPTH: usize = 40;
 #[derive(Clone, Debug)]
 pub(super) struct Node {
     pub kind: Kind,
-    /// Line in its file, from 1.
+    /// Line in its file, from 1; 0 where a flag of the command line gave it.
     pub line: usize,
 }
 
@@ -30,7 +30,9 @@ pub(super) enum Kind {
     Table(Vec<Entry>),
     /// JSON's null: counts as not given.
     Null,
-    /// A kind no key expects (truth value, date), in words.
+    /// true or false.
+    Truth(bool),
+    /// A kind no key expects (date), in words.
     Other(&'static str),
 }
 
@@ -38,7 +40,7 @@ pub(super) enum Kind {
 #[derive(Clone, Debug)]
 pub(super) struct Entry {
     pub key: String,
-    /// Line of the key, from 1.
+    /// Line of the key, from 1; 0 where a flag of the command line gave it.
     pub line: usize,
     pub value: Node,
 }
@@ -102,14 +104,15 @@ impl Node {
             Kind::List(items) => format!("a list of {}", items.len()),
             Kind::Table(_) => "a table".into(),
             Kind::Null => "null".into(),
+            Kind::Truth(_) => "a truth value".into(),
             Kind::Other(words) => (*words).into(),
         }
     }
 }
 
-/// "line 3, key c11".
+/// "line 3, c11"; "--set c11" where a flag gave the value.
 pub(super) fn place(line: usize, key: &str) -> String {
-    format!("line {line}, {key}")
+    if line == 0 { format!("--set {key}") } else { format!("line {line}, {key}") }
 }
 
 /// A file's whole text: UTF-8, its byte order mark removed.
@@ -201,7 +204,7 @@ fn toml_node(value: &DeValue<'_>, line: usize, lines: &Lines) -> Node {
             Kind::Number(i64::from_str_radix(n.as_str(), n.radix()).map_or(f64::NAN, |value| value as f64))
         }
         DeValue::Float(x) => Kind::Number(x.as_str().parse().unwrap_or(f64::NAN)),
-        DeValue::Boolean(_) => Kind::Other("a truth value"),
+        DeValue::Boolean(truth) => Kind::Truth(*truth),
         DeValue::Datetime(_) => Kind::Other("a date"),
         DeValue::Array(items) => {
             Kind::List(items.iter().map(|v| toml_node(v.get_ref(), lines.line(v.span().start), lines)).collect())
@@ -272,7 +275,7 @@ fn json_at_depth(raw: &str, lines: &Lines, depth: usize) -> Result<Node> {
             Kind::Table(entries)
         }
         Some(b'"') => Kind::Text(serde_json::from_str(raw).map_err(unreadable)?),
-        Some(b't' | b'f') => Kind::Other("a truth value"),
+        Some(b't' | b'f') => Kind::Truth(raw == "true"),
         Some(b'n') => Kind::Null,
         _ => Kind::Number(raw.parse().map_err(|_| wrong(&format!("{} is no number", quoted(raw))))?),
     };

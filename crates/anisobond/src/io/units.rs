@@ -18,10 +18,24 @@ pub enum Dimension {
     Density,
     /// Angle (rad).
     Angle,
+    /// Time (s).
+    Time,
+    /// Velocity (m/s).
+    Velocity,
+    /// Acceleration (m/s²).
+    Acceleration,
+    /// Force (N).
+    Force,
+    /// Force per volume (N/m³).
+    ForceDensity,
+    /// Energy per area (J/m²).
+    SurfaceEnergy,
+    /// Per time (1/s).
+    Rate,
 }
 
 /// Every unit: its dimension, its name (letter case counts) and its size in SI.
-const UNITS: [(Dimension, &str, f64); 33] = [
+const UNITS: [(Dimension, &str, f64); 65] = [
     (Dimension::Stress, "Pa", 1.0),
     (Dimension::Stress, "kPa", 1e3),
     (Dimension::Stress, "MPa", 1e6),
@@ -55,6 +69,38 @@ const UNITS: [(Dimension, &str, f64); 33] = [
     (Dimension::Angle, "°", std::f64::consts::PI / 180.0),
     (Dimension::Angle, "rad", 1.0),
     (Dimension::Angle, "radians", 1.0),
+    (Dimension::Time, "s", 1.0),
+    (Dimension::Time, "ms", 1e-3),
+    (Dimension::Time, "us", 1e-6),
+    (Dimension::Time, "ns", 1e-9),
+    (Dimension::Time, "min", 60.0),
+    (Dimension::Time, "h", 3600.0),
+    (Dimension::Velocity, "m/s", 1.0),
+    (Dimension::Velocity, "mm/s", 1e-3),
+    (Dimension::Velocity, "cm/s", 1e-2),
+    (Dimension::Velocity, "um/s", 1e-6),
+    (Dimension::Velocity, "km/s", 1e3),
+    (Dimension::Velocity, "m/min", 1.0 / 60.0),
+    (Dimension::Acceleration, "m/s2", 1.0),
+    (Dimension::Acceleration, "mm/s2", 1e-3),
+    (Dimension::Acceleration, "km/s2", 1e3),
+    (Dimension::Force, "N", 1.0),
+    (Dimension::Force, "mN", 1e-3),
+    (Dimension::Force, "kN", 1e3),
+    (Dimension::Force, "MN", 1e6),
+    (Dimension::Force, "lbf", 4.448_221_615_260_5),
+    (Dimension::ForceDensity, "N/m3", 1.0),
+    (Dimension::ForceDensity, "kN/m3", 1e3),
+    (Dimension::ForceDensity, "MN/m3", 1e6),
+    (Dimension::ForceDensity, "N/mm3", 1e9),
+    (Dimension::SurfaceEnergy, "J/m2", 1.0),
+    (Dimension::SurfaceEnergy, "mJ/m2", 1e-3),
+    (Dimension::SurfaceEnergy, "kJ/m2", 1e3),
+    (Dimension::SurfaceEnergy, "N/m", 1.0),
+    (Dimension::SurfaceEnergy, "N/mm", 1e3),
+    (Dimension::Rate, "1/s", 1.0),
+    (Dimension::Rate, "1/ms", 1e3),
+    (Dimension::Rate, "1/us", 1e6),
 ];
 
 impl Dimension {
@@ -66,6 +112,13 @@ impl Dimension {
             Dimension::Length => "a length",
             Dimension::Density => "a density",
             Dimension::Angle => "an angle",
+            Dimension::Time => "a time",
+            Dimension::Velocity => "a velocity",
+            Dimension::Acceleration => "an acceleration",
+            Dimension::Force => "a force",
+            Dimension::ForceDensity => "a force per volume",
+            Dimension::SurfaceEnergy => "an energy per area",
+            Dimension::Rate => "a rate (1/time)",
         }
     }
 
@@ -77,24 +130,40 @@ impl Dimension {
             Dimension::Length => "m",
             Dimension::Density => "kg/m3",
             Dimension::Angle => "rad",
+            Dimension::Time => "s",
+            Dimension::Velocity => "m/s",
+            Dimension::Acceleration => "m/s2",
+            Dimension::Force => "N",
+            Dimension::ForceDensity => "N/m3",
+            Dimension::SurfaceEnergy => "J/m2",
+            Dimension::Rate => "1/s",
         }
     }
 
     /// A quantity as an example for messages.
-    fn example(self) -> &'static str {
+    pub(super) fn example(self) -> &'static str {
         match self {
             Dimension::Stress => "\"130 GPa\"",
             Dimension::Compliance => "\"7.7 1/TPa\"",
             Dimension::Length => "\"2 mm\"",
             Dimension::Density => "\"2650 kg/m3\"",
             Dimension::Angle => "\"30 deg\"",
+            Dimension::Time => "\"50 us\"",
+            Dimension::Velocity => "\"20 m/s\"",
+            Dimension::Acceleration => "\"9.81 m/s2\"",
+            Dimension::Force => "\"2 kN\"",
+            Dimension::ForceDensity => "\"25 kN/m3\"",
+            Dimension::SurfaceEnergy => "\"3.8 J/m2\"",
+            Dimension::Rate => "\"100 1/s\"",
         }
     }
 
     /// Size of a unit in SI: `Dimension::Stress.unit("GPa")` is 10⁹ Pa.
     ///
     /// Accepted: Pa kPa MPa GPa TPa N/m2 N/mm2 psi ksi Mpsi Mbar bar atm dyn/cm2 eV/A3; 1/ before any of them for a
-    /// compliance; m mm cm um nm A km in ft; kg/m3 g/cm3 g/cc t/m3; deg ° rad. Also µ for u, Å for A, ² or ^2 for 2.
+    /// compliance; m mm cm um nm A km in ft; kg/m3 g/cm3 g/cc t/m3; deg ° rad;
+    /// s ms us ns min h; m/s mm/s cm/s um/s km/s m/min; m/s2 mm/s2 km/s2; N mN kN MN lbf; N/m3 kN/m3 MN/m3 N/mm3; J/m2
+    /// mJ/m2 kJ/m2 N/m N/mm; 1/s 1/ms 1/us. Also µ for u, Å for A, ² or ^2 for 2.
     ///
     /// # Errors
     /// An unknown unit (with the nearest valid name; letter case counts, mPa is not MPa) or one of another dimension.

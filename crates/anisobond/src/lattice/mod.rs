@@ -7,6 +7,7 @@ mod influence;
 mod neighbourhood;
 mod packing;
 mod search;
+pub mod solid;
 mod statistics;
 
 pub use contacts::{Contact, Lattice, contacts, naive_contacts};
@@ -14,4 +15,5 @@ pub use grid::{Body, Grid};
 pub use influence::Influence;
 pub use neighbourhood::{Bond, Neighbourhood, Shape};
 pub use packing::Packing;
+pub use solid::Solid;
 pub use statistics::{PackingStatistics, Range};

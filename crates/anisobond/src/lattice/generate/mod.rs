@@ -11,3 +11,4 @@ pub use radii::{Radii, Share};
 pub use random::{
     Extent, Generated, GenerationReport, Outcome, Progress, RandomPacking, Target, random, random_observed,
 };
+pub(in crate::lattice) use stream::Stream;

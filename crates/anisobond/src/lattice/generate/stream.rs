@@ -1,7 +1,7 @@
 //! A stream of random numbers that is the same on every machine and in every release.
 
 /// xoshiro256++ (Blackman and Vigna 2021), its state filled by splitmix64.
-pub(super) struct Stream([u64; 4]);
+pub(in crate::lattice) struct Stream([u64; 4]);
 
 impl Stream {
     pub fn new(seed: u64) -> Self {

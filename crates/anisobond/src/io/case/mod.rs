@@ -1,0 +1,294 @@
+//! Case files: a body, how it is loaded, what is measured, in TOML. docs/cases.md names every key.
+
+mod loads;
+mod matter;
+mod overrides;
+mod plan;
+mod resolve;
+mod schedule;
+mod section;
+mod select;
+mod shapes;
+mod starter;
+
+use std::cell::Cell;
+use std::path::{Path, PathBuf};
+
+use nalgebra::Vector3;
+
+use super::pairs::read_influence;
+use super::tree::{Node, parse_toml, read_text, without_mark};
+use super::units::Dimension;
+use super::words::{quoted, suggestion};
+use crate::calibration::Model;
+use crate::experiment::{Crack, OutputPlan, Problem, Schedule, Softening};
+use crate::lattice::{Grid, Influence, Neighbourhood, Solid, solid};
+use crate::operator::Kinematics;
+use crate::{Error, Result};
+use loads::{ConditionStatement, Names, Where};
+use matter::{Matters, RegionStatement};
+use schedule::ProbeStatement;
+use section::{AXES, Section, Spot, Value};
+use shapes::Shapes;
+
+pub use plan::{CasePlan, ConditionPlan, RegionPlan};
+pub use starter::starter_case;
+
+/// Keys of a case file's outermost table.
+const KEYS: [&str; 19] = [
+    "name",
+    "description",
+    "solids",
+    "body",
+    "grid",
+    "model",
+    "material",
+    "orientation",
+    "density",
+    "fracture",
+    "region",
+    "condition",
+    "initial_velocity",
+    "crack",
+    "unbreakable",
+    "motion",
+    "equilibrium",
+    "probe",
+    "output",
+];
+
+/// A case file whose every value is known to be of the right kind; nodes are not made yet.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CaseFile {
+    name: String,
+    description: String,
+    /// Of the file, for messages.
+    file: String,
+    body: (Spot, Solid),
+    grid: GridStatement,
+    model: ModelStatement,
+    regions: Vec<RegionStatement>,
+    conditions: Vec<ConditionStatement>,
+    velocities: Vec<(Where, Vector3<f64>)>,
+    cracks: Vec<(Spot, Crack)>,
+    unbreakable: Vec<Where>,
+    schedule: Schedule,
+    probes: Vec<ProbeStatement>,
+    output: OutputPlan,
+}
+
+/// `[grid]`.
+#[derive(Clone, Debug, PartialEq)]
+struct GridStatement {
+    spot: Spot,
+    neighbourhood: Neighbourhood,
+    periodic: [bool; 3],
+    plane_strain: Option<usize>,
+}
+
+/// `[model]`.
+#[derive(Clone, Debug, PartialEq)]
+struct ModelStatement {
+    bonds: Model,
+    kinematics: Kinematics,
+    surface_calibration: bool,
+    softening: Softening,
+}
+
+impl CaseFile {
+    /// Reads a case file, with values replaced by `overrides` of the form `key=value` (`--set`). See [`CaseFile::parse`].
+    ///
+    /// # Errors
+    /// A file that cannot be read or is not UTF-8, or what [`CaseFile::parse`] refuses.
+    pub fn read(path: impl AsRef<Path>, overrides: &[String]) -> Result<Self> {
+        let path = path.as_ref();
+        CaseFile::parse(&read_text(path)?, &path.display().to_string(), overrides)
+    }
+
+    /// A case from the text of a TOML file. `file` names it in messages, and paths in it are relative to its folder.
+    ///
+    /// # Errors
+    /// A syntax error (file:line:column); an unknown key (with the nearest valid one), a missing one, one of a wrong kind
+    /// or dimension, names that stand for nothing, files that cannot be read. All name file, line and key; of an
+    /// override, the flag.
+    pub fn parse(text: &str, file: &str, overrides: &[String]) -> Result<Self> {
+        let mut root = parse_toml(without_mark(text), file)?;
+        overrides.iter().try_for_each(|o| overrides::set(&mut root, o))?;
+        CaseFile::of(&root, file).map_err(|e| e.at(file))
+    }
+
+    fn of(root: &Node, file: &str) -> Result<Self> {
+        let root = Value { node: root, path: String::new() }.section(&KEYS)?;
+        let folder = Path::new(file).parent().map_or_else(PathBuf::new, Path::to_path_buf);
+        let named = root.get("solids").map(|v| v.table(&["names of solids"])).transpose()?;
+        let shapes = Shapes { folder, named, count: Cell::new(0) };
+        if let Some(named) = &shapes.named {
+            for key in named.keys() {
+                named.get(key).map(|v| shapes.solid(&v)).transpose()?;
+            }
+        }
+        let text = |key: &str| root.get(key).map(|v| v.text().map(str::to_string)).transpose();
+        let stem = || Path::new(file).file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
+        let schedule = schedule::schedule(&root)?;
+        let grid = grid(&root, &shapes)?;
+        let body = root.need("body", "body = { box = { size = \"100, 40, 10 mm\" } }")?;
+        let body = (body.spot(), shapes.solid(&body)?);
+        let regions = Matters { shapes: &shapes, root: &root }.regions()?;
+        let names = Names {
+            shapes: &shapes,
+            regions: regions.iter().map(|r| r.name.clone()).collect(),
+            spacing: grid.neighbourhood.spacing(),
+            equilibrium: matches!(schedule, Schedule::Equilibrium { .. }),
+        };
+        let conditions = names.conditions(&root)?;
+        Ok(CaseFile {
+            name: text("name")?.unwrap_or_else(stem),
+            description: text("description")?.unwrap_or_default(),
+            file: file.into(),
+            model: model(&root)?,
+            velocities: names.velocities(&root)?,
+            unbreakable: names.unbreakable(&root)?,
+            probes: schedule::probes(&root, &names, &conditions)?,
+            cracks: loads::cracks(&root)?,
+            output: schedule::output(&root)?,
+            body,
+            grid,
+            regions,
+            conditions,
+            schedule,
+        })
+    }
+
+    /// Name of the case: `name`, else that of the file.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What the file says about itself; empty if nothing.
+    pub fn description(&self) -> &str {
+        &self.description
+    }
+
+    /// The grid around the body. Takes no memory.
+    ///
+    /// # Errors
+    /// As [`solid::grid_around`], placed at the body or the grid.
+    pub fn grid(&self) -> Result<Grid> {
+        self.grid_around_body().map_err(|e| e.at(&self.file))
+    }
+
+    fn grid_around_body(&self) -> Result<Grid> {
+        let spacing = self.grid.neighbourhood.spacing();
+        solid::grid_around(&self.body.1, spacing, self.grid.periodic, self.grid.plane_strain)
+            .map_err(|e| self.grid.spot.at(e))
+    }
+
+    /// Names of the conditions, in the order of [`Problem::conditions`].
+    pub fn condition_names(&self) -> Vec<&str> {
+        self.conditions.iter().map(|c| c.name.as_str()).collect()
+    }
+
+    /// The problem, resolved to nodes.
+    ///
+    /// # Errors
+    /// A grid that cannot be ([`CaseFile::grid`]); a body or region of no nodes; regions that overlap without `over`, or
+    /// leave nodes of the body out; conditions of no nodes, or two that prescribe one component of a node differently; a
+    /// missing density; a crack that cuts no bond.
+    pub fn problem(&self) -> Result<Problem> {
+        resolve::problem(self).map_err(|e| e.at(&self.file))
+    }
+
+    /// What a run would take: nodes, bonds, memory, regions and loads of the problem that this file states.
+    pub fn plan(&self, problem: &Problem) -> CasePlan {
+        plan::plan(self, problem)
+    }
+}
+
+fn grid(root: &Section, shapes: &Shapes) -> Result<GridStatement> {
+    let value = root.need("grid", "[grid] with spacing = \"1 mm\"")?;
+    let table = value.section(&["spacing", "horizon", "influence", "periodic", "plane_strain"])?;
+    let spacing = table.need("spacing", "spacing = \"1 mm\"")?.positive_quantity(Dimension::Length)?;
+    let horizon = table.get("horizon").map(|v| v.positive()).transpose()?.unwrap_or(3.0);
+    let influence = table.get("influence").map(|v| influence(&v, shapes)).transpose()?.unwrap_or(Influence::Inverse);
+    if let Some(v) = table.get("horizon").filter(|_| horizon > 20.0) {
+        let problem = format!("a horizon of {horizon} spacings is {:.0} bonds a node", 4.189 * horizon.powi(3));
+        return Err(v.wrong(problem, "use at most 20; 3 is common"));
+    }
+    let at = table.get("horizon").map_or_else(|| table.spot(), |v| v.spot());
+    let neighbourhood = Neighbourhood::sphere(horizon, spacing, influence).map_err(|e| at.at(e))?;
+    let mut periodic = [false; 3];
+    for item in table.get("periodic").map(|v| v.items("periodic = [\"z\"]")).transpose()?.unwrap_or_default() {
+        periodic[item.choice(&AXES)?] = true;
+    }
+    let plane_strain = table.get("plane_strain").map(|v| v.axis()).transpose()?;
+    Ok(GridStatement { spot: table.spot(), neighbourhood, periodic, plane_strain })
+}
+
+/// A name, a list of [r/δ, ω], or a CSV file.
+fn influence(value: &Value, shapes: &Shapes) -> Result<Influence> {
+    let at = |e: Error| value.spot().at(e);
+    if value.is_text() {
+        let text = value.text()?;
+        let named = [
+            ("inverse", Influence::Inverse),
+            ("constant", Influence::Constant),
+            ("hat", Influence::Hat),
+            ("power", Influence::Power),
+        ];
+        if let Some((_, influence)) = named.iter().find(|(name, _)| *name == text) {
+            return Ok(influence.clone());
+        }
+        if shapes.path(text).is_file() {
+            return read_influence(shapes.path(text)).map_err(at);
+        }
+        let names: Vec<&str> = named.iter().map(|n| n.0).collect();
+        let problem = format!("{} is neither an influence function nor a file", quoted(text));
+        return Err(value.wrong(problem, suggestion(text, &names)));
+    }
+    let point = |item: &Value| match item.items("[r/δ, ω]")?.as_slice() {
+        [r, w] => Ok((r.number()?, w.number()?)),
+        _ => Err(item.wrong("two numbers are needed", "write [r/δ, ω]")),
+    };
+    let points = value.items("\"inverse\"")?.iter().map(point).collect::<Result<_>>()?;
+    Influence::table(points).map_err(at)
+}
+
+fn model(root: &Section) -> Result<ModelStatement> {
+    let mut model = ModelStatement {
+        bonds: Model::Central,
+        kinematics: Kinematics::Linear,
+        surface_calibration: true,
+        softening: Softening::Brittle,
+    };
+    let Some(value) = root.get("model") else { return Ok(model) };
+    let table = value.section(&["bonds", "kinematics", "surface_calibration", "softening"])?;
+    if let Some(v) = table.get("bonds") {
+        model.bonds = v.choice(&[("central", Model::Central), ("hybrid", Model::Hybrid)])?;
+    }
+    if let Some(v) = table.get("kinematics") {
+        model.kinematics = v.choice(&[("linear", Kinematics::Linear), ("finite", Kinematics::Finite)])?;
+    }
+    if let Some(v) = table.get("surface_calibration") {
+        model.surface_calibration = v.truth()?;
+    }
+    if let Some(v) = table.get("softening").filter(|v| v.is_text()) {
+        v.choice(&[("brittle", ())])?;
+    } else if let Some(v) = table.get("softening") {
+        let softening = v.section(&["linear"])?;
+        let ratio = softening.need("linear", "softening = { linear = 2 }")?;
+        let value = ratio.number()?;
+        if value <= 1.0 {
+            return Err(ratio.wrong(format!("softening ends at {value} times its onset"), "give a ratio above 1"));
+        }
+        model.softening = Softening::Linear { ratio: value };
+    }
+    Ok(model)
+}
+
+/// A case file read and resolved: [`CaseFile::read`] and [`CaseFile::problem`].
+///
+/// # Errors
+/// As they.
+pub fn read_case(path: impl AsRef<Path>, overrides: &[String]) -> Result<Problem> {
+    CaseFile::read(path, overrides)?.problem()
+}

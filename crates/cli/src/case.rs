@@ -1,0 +1,71 @@
+//! `anisobond check` and `anisobond new case`.
+
+use anisobond::io::{CaseFile, CasePlan, starter_case, write_atomically};
+use anisobond::{Error, Result};
+
+use crate::{Ending, args, text};
+
+pub fn check(args: &args::CheckCase) -> Result<Ending> {
+    let case = CaseFile::read(&args.case.case, &args.case.set)?;
+    let plan = case.plan(&case.problem()?);
+    if args.json {
+        text::print_json(&plan)?;
+    } else {
+        text::print(&describe(&plan, case.description()))?;
+    }
+    Ok(Ending::Done)
+}
+
+pub fn new(args: &args::New) -> Result<Ending> {
+    let args::NewWhat::Case { name } = &args.what;
+    let toml = name.extension().is_some_and(|e| e == "toml");
+    let path = if toml { name.clone() } else { std::path::PathBuf::from(format!("{}.toml", name.display())) };
+    if path.exists() {
+        return Err(Error::input(format!("{} exists", path.display()), "choose another name, or remove it"));
+    }
+    let stem = path.file_stem().map_or_else(|| "case".into(), |s| s.to_string_lossy());
+    write_atomically(&path, starter_case(&stem).as_bytes())?;
+    text::print(&format!("wrote {}\nnext: anisobond check {0}\n", path.display()))?;
+    Ok(Ending::Done)
+}
+
+fn describe(plan: &CasePlan, description: &str) -> String {
+    let [i, j, k] = plan.grid;
+    let axes: Vec<&str> = ["x", "y", "z"].into_iter().zip(plan.periodic).filter(|a| a.1).map(|a| a.0).collect();
+    let mut out = plan.name.clone();
+    out += &if description.is_empty() { "\n".into() } else { format!(": {description}\n") };
+    out += &format!("grid              {i} × {j} × {k}, spacing {} m", text::number(plan.spacing));
+    out += &if axes.is_empty() { "\n".into() } else { format!(", periodic along {}\n", axes.join(", ")) };
+    out += &format!("nodes             {}\n", plan.nodes);
+    out += &format!("bonds             {} ({} of a node in the bulk)\n", plan.bonds, plan.bonds_per_node);
+    out += &format!("memory            {}\n", memory(plan.memory));
+    out += &format!("pre-cracks        {}\n", plan.cracks);
+    out += &format!("\n  {:24}{:>12}{:>14}{:>14}  {}\n", "region", "nodes", "volume (m³)", "ρ (kg/m³)", "C11 C22 C33");
+    for r in &plan.regions {
+        let largest = r.normal_stiffness.into_iter().fold(0.0, f64::max);
+        let (size, unit) = text::stress_unit(largest);
+        let c = r.normal_stiffness.map(|c| text::number(c / size)).join(" ");
+        let (volume, density) = (text::number(r.volume), text::number(r.density));
+        let breaks = if r.breaks { "" } else { ", bonds do not break" };
+        out += &format!("  {:24}{:>12}{volume:>14}{density:>14}  {c} {unit}{breaks}\n", r.name, r.nodes);
+    }
+    out += &format!("\n  {:24}{:14}{:>10}  {}\n", "condition", "kind", "nodes", "resultant (N)");
+    for c in &plan.conditions {
+        // The rounding of sums that vanish is not shown.
+        let rounding = 1e-9 * c.load.unwrap_or(0.0);
+        let shown = |x: f64| text::number(if x.abs() < rounding { 0.0 } else { x });
+        let total = c.force.map_or_else(|| "–".into(), |f| format!("({})", f.map(shown).join(", ")));
+        let sum = c.load.map_or_else(String::new, |l| format!(", magnitudes sum to {}", text::number(l)));
+        out += &format!("  {:24}{:14}{:>10}  {total}{sum}\n", c.name, c.kind, c.nodes);
+    }
+    for (name, nodes) in &plan.probes {
+        let word = if *nodes == 1 { "node" } else { "nodes" };
+        out += &format!("  probe {name}: {nodes} {word}\n");
+    }
+    out
+}
+
+fn memory(bytes: u64) -> String {
+    let (size, unit) = [(1e9, "GB"), (1e6, "MB")].into_iter().find(|u| bytes as f64 >= u.0).unwrap_or((1e3, "kB"));
+    format!("about {:.1} {unit}", bytes as f64 / size)
+}
