@@ -131,6 +131,12 @@ pub enum Scheme {
     },
 }
 
+impl Default for Scheme {
+    fn default() -> Self {
+        Scheme::Additive { weight: 1.0 }
+    }
+}
+
 /// Node blocks and coarse grids.
 ///
 /// The coarse grids are elements of local elasticity at spacings 2Δ, 4Δ, … with the regions' bulk tensors, weighed by

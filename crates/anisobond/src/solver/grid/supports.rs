@@ -69,6 +69,17 @@ impl Supports {
         scaled
     }
 
+    /// The same nodes and components with what is still missing from a displacement (m).
+    pub fn relative_to(&self, u: &VectorField) -> Self {
+        let mut rest = self.clone();
+        for a in 0..3 {
+            for (x, node) in rest.values[a].iter_mut().zip(&self.nodes[a]) {
+                *x -= u.components[a][*node as usize];
+            }
+        }
+        rest
+    }
+
     /// Nodes (ascending) of which a component (0, 1, 2) is prescribed.
     pub fn nodes(&self, component: usize) -> &[u32] {
         &self.nodes[component]
