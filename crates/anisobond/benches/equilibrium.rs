@@ -51,7 +51,9 @@ fn main() {
     };
     let stopping = Stopping { tolerance: 1e-8, most_iterations: 5000 };
     let methods = methods();
-    println!("material   nodes  method                          prepare s  iterations  applications    solve s  residual");
+    println!(
+        "material   nodes  method                          prepare s  iterations  applications    solve s  residual"
+    );
     for (name, c) in &materials {
         for n in &sizes {
             let (body, supports, load) = block(*n, c);

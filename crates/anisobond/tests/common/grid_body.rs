@@ -167,7 +167,8 @@ impl GridBody {
                 rows
             })
             .collect();
-        let skip = |o: &[i32; 3]| (0..3).all(|a| periodic[a] && o[a].rem_euclid([n1, n2, n3][a] as i32) == 0 || o[a] == 0);
+        let skip =
+            |o: &[i32; 3]| (0..3).all(|a| periodic[a] && o[a].rem_euclid([n1, n2, n3][a] as i32) == 0 || o[a] == 0);
         let bonds: Vec<usize> =
             (0..self.offsets.len()).filter(|b| self.stiffness[0][*b] > 0.0 && !skip(&self.offsets[*b])).collect();
         let [f1, f2, f3] = &mut f.components;

@@ -69,8 +69,7 @@ pub(super) fn conjugate_gradients(
     let n = load.len();
     let mut r = VectorField::zeros(n);
     let scale = reference(operator, load, supports, free, &mut r);
-    let mut report =
-        GridSolverReport { iterations: 0, applications: 1, residual: 0.0, ending: Ending::Converged };
+    let mut report = GridSolverReport { iterations: 0, applications: 1, residual: 0.0, ending: Ending::Converged };
     supports.impose(u);
     if scale == 0.0 {
         *u = VectorField::zeros(n);

@@ -132,8 +132,7 @@ impl<'a> Equilibrium<'a> {
                 let rise = self.supports.relative_to(&u);
                 let first = Stopping { tolerance: FIRST_STEP, ..*stopping };
                 let mut step = VectorField::zeros(load.len());
-                let linear =
-                    conjugate_gradients(self.operator, &rest, &rise, &self.free, &**p, &mut step, &first);
+                let linear = conjugate_gradients(self.operator, &rest, &rise, &self.free, &**p, &mut step, &first);
                 add_scaled(&mut u, 1.0, &step);
                 self.supports.impose(&mut u);
                 let mut report = nonlinear_gradients(residual, &**p, &self.free, scale, &mut u, stopping);

@@ -259,9 +259,11 @@ fn direction(v: &Vector3<f64>) -> String {
     }
 }
 
-/// (1.5 0 2).
+/// (1.5 0 2): five digits, and zero for what is rounding beside the others.
 fn words(v: &Vector3<f64>) -> String {
-    let [x, y, z] = [v.x, v.y, v.z].map(|x| format!("{x:.4e}").parse::<f64>().unwrap_or(x) + 0.0);
+    let least = 1e-9 * v.norm();
+    let short = |x: f64| if x.abs() <= least { 0.0 } else { format!("{x:.4e}").parse().unwrap_or(x) };
+    let [x, y, z] = [short(v.x), short(v.y), short(v.z)];
     format!("({x} {y} {z})")
 }
 

@@ -40,10 +40,8 @@ impl NodeBlocks {
         let mut kind = Vec::with_capacity(grid.len());
         let mut last = None;
         for start in (0..grid.len()).step_by(plane) {
-            let blocks: Vec<[f64; 6]> = (start..start + plane)
-                .into_par_iter()
-                .map(|node| free_block(operator, node, fixed[node]))
-                .collect();
+            let blocks: Vec<[f64; 6]> =
+                (start..start + plane).into_par_iter().map(|node| free_block(operator, node, fixed[node])).collect();
             for block in blocks {
                 let key = block.map(f64::to_bits);
                 let number = match last {
@@ -228,10 +226,8 @@ fn element_parts(operator: &dyn GridOperator, transfer: &Transfer) -> Vec<Vec<Pa
         let per_cell = |(e, share): (usize, f64)| (e, share / axis.cells(e, transfer.fine[a]));
         (0..transfer.fine[a]).map(|i| axis.shares_of_node(i).into_iter().map(per_cell).collect()).collect()
     });
-    let wholeness: Vec<f64> = (0..body.grid.len())
-        .into_par_iter()
-        .map(|n| if body.has(n) { operator.wholeness(n) } else { 0.0 })
-        .collect();
+    let wholeness: Vec<f64> =
+        (0..body.grid.len()).into_par_iter().map(|n| if body.has(n) { operator.wholeness(n) } else { 0.0 }).collect();
     let mut parts = vec![Vec::new(); elements.iter().product()];
     for (node, whole) in wholeness.iter().enumerate().filter(|w| *w.1 > 0.0) {
         let [i, j, k] = body.grid.coordinates(node);

@@ -150,7 +150,9 @@ mod tests {
     /// Pᵀ is the transpose of P, P of ones is ones, and shares of material sum to one, for odd, even and tiny axes.
     #[test]
     fn interpolation_and_its_transpose() {
-        for (fine, wraps) in [([1, 2, 5], [true, false, true]), ([4, 3, 2], [true, true, true]), ([6, 7, 2], [false; 3])] {
+        for (fine, wraps) in
+            [([1, 2, 5], [true, false, true]), ([4, 3, 2], [true, true, true]), ([6, 7, 2], [false; 3])]
+        {
             let t = Transfer::new(fine, wraps);
             let n: usize = fine.iter().product();
             let m: usize = t.coarse().iter().product();
