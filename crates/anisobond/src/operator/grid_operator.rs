@@ -29,7 +29,11 @@ pub trait GridOperator: Sync {
     /// The 3×3 diagonal block of K of a node (N/m); zero for an empty node.
     fn diagonal_block(&self, node: usize) -> Matrix3<f64>;
 
-    /// The stiffness tensor of a region's bulk (Pa), for coarse grids.
+    /// Visit the other end of every unbroken bond of a node's half-neighbourhood, so that a visit of all nodes meets
+    /// every bond that has stiffness once.
+    fn half_bonds(&self, node: usize, visit: &mut dyn FnMut(usize));
+
+    /// The stiffness tensor of a region's bulk (Pa), for coarse grids; the region of a node is `body.region` − 1.
     fn bulk_stiffness(&self, region: u16) -> Stiffness;
 
     /// Share of a node's bonds, weighed by stiffness, that exist and are unbroken (–), 0…1.

@@ -1,6 +1,7 @@
 //! Equilibrium and motion, written against the operator only.
 
 mod conjugate_gradients;
+pub mod grid;
 mod motion;
 mod preconditioner;
 

@@ -1,0 +1,103 @@
+//! Equilibrium of a block with a hole, from 48³ to 128³ nodes: iterations, applications of the operator and seconds with
+//! coarse grids, against node blocks alone (Jacobi). Run with
+//! `cargo bench -p anisobond --bench equilibrium -- [nodes per edge …]`.
+//!
+//! The operator here is the plain one of the tests.
+
+#[path = "../tests/common/grid_body.rs"]
+mod grid_body;
+
+use std::time::Instant;
+
+use anisobond::lattice::{Body, Grid, Influence, Neighbourhood};
+use anisobond::operator::{GridOperator, VectorField};
+use anisobond::solver::Stopping;
+use anisobond::solver::grid::{Equilibrium, Method, Scheme, Smoothing, Supports};
+use anisobond::tensor::{Material, Stiffness};
+use grid_body::GridBody;
+use nalgebra::Vector3;
+
+/// A block of n³ nodes with a hole through it (radius a fifth of the edge), held at the bottom, pulled at the top.
+fn block(n: usize, c: &Stiffness) -> (GridBody, Supports, VectorField) {
+    let spacing = 1.0 / n as f64;
+    let grid = Grid::new([n; 3], spacing, Vector3::repeat(0.5 * spacing), [false; 3]).expect("a valid grid");
+    let mut body = Body::full(grid);
+    for node in 0..body.grid.len() {
+        let p = body.grid.position(node) - Vector3::repeat(0.5);
+        if p.x.hypot(p.z) < 0.2 {
+            body.region[node] = 0;
+        }
+    }
+    let neighbourhood = Neighbourhood::sphere(3.0, spacing, Influence::Inverse).expect("a valid neighbourhood");
+    let top = |node: usize| body.grid.coordinates(node)[2] + 1 == n;
+    let bottom = (0..n * n).map(|node| (node as u32, [Some(0.0); 3]));
+    let supports = Supports::new(&body, bottom).expect("nodes of the body");
+    let mut load = VectorField::zeros(body.grid.len());
+    for node in (0..load.len()).filter(|node| top(*node)) {
+        load.components[2][node] = 1e6 * spacing * spacing;
+    }
+    (GridBody::new(body, &neighbourhood, &[*c]), supports, load)
+}
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
+    let sizes: Vec<usize> = arguments.iter().filter_map(|a| a.parse().ok()).collect();
+    let sizes = if sizes.is_empty() { vec![48, 64, 96, 128] } else { sizes };
+    let names: Vec<&str> = arguments.iter().filter(|a| a.parse::<usize>().is_err()).map(String::as_str).collect();
+    let materials: Vec<(String, Stiffness)> = if names.is_empty() {
+        vec![("isotropic".into(), Stiffness::isotropic(40e9, 40e9))]
+    } else {
+        names.iter().filter_map(|n| Some((n.to_string(), Material::builtin(n)?.stiffness))).collect()
+    };
+    let stopping = Stopping { tolerance: 1e-8, most_iterations: 5000 };
+    let methods = methods();
+    println!(
+        "material   nodes  method                          prepare s  iterations  applications    solve s  residual"
+    );
+    for (name, c) in &materials {
+        for n in &sizes {
+            let (body, supports, load) = block(*n, c);
+            let once = Instant::now();
+            let mut f = VectorField::zeros(load.len());
+            body.forces(&load, &mut f);
+            println!("{name:10} {n:3}³  one application {:.3} s", once.elapsed().as_secs_f64());
+            for (label, method) in &methods {
+                let start = Instant::now();
+                let equilibrium = Equilibrium::new(&body, &supports, *method);
+                let prepared = start.elapsed().as_secs_f64();
+                let start = Instant::now();
+                let zeros = VectorField::zeros(load.len());
+                let (_, report) = equilibrium.solve(&load, zeros, &stopping).expect("a supported body");
+                println!(
+                    "{name:10} {n:3}³  {label:30} {prepared:10.2} {:11} {:13} {:10.2}  {:.1e} {:?}",
+                    report.iterations,
+                    report.applications,
+                    start.elapsed().as_secs_f64(),
+                    report.residual,
+                    report.ending
+                );
+            }
+        }
+    }
+}
+
+/// What is compared.
+fn methods() -> Vec<(String, Method)> {
+    let mut list = Vec::new();
+    for weight in [0.5, 1.0, 2.0] {
+        list.push((
+            format!("additive {weight}"),
+            Method::CoarseGrids(Scheme::Additive { weight }, Smoothing::default()),
+        ));
+    }
+    list.push((
+        "additive 1, 2 cycles deg 3".into(),
+        Method::CoarseGrids(Scheme::Additive { weight: 1.0 }, Smoothing { degree: 3, span: 10.0, cycles: 2 }),
+    ));
+    list.push((
+        "multiplicative 0.9".into(),
+        Method::CoarseGrids(Scheme::Multiplicative { weight: 0.9 }, Smoothing::default()),
+    ));
+    list.push(("node blocks (Jacobi)".into(), Method::NodeBlocks));
+    list
+}

@@ -1,0 +1,173 @@
+//! Equilibrium of a body on a grid: checks, preconditioner, solution.
+
+use super::conjugate_gradients::{GridSolverReport, conjugate_gradients, reference};
+use super::free_modes::FreeModes;
+use super::multigrid::Smoothing;
+use super::nonlinear::nonlinear_gradients;
+use super::preconditioner::{NodeBlocks, Preconditioner, Scheme, TwoScale};
+use super::relaxation::relax;
+use super::supports::{Supports, check_load};
+use super::vectors::add_scaled;
+use crate::Result;
+use crate::operator::{GridOperator, VectorField};
+use crate::solver::Stopping;
+
+/// Residual of the linear step that begins a non-linear solve.
+const FIRST_STEP: f64 = 1e-3;
+
+/// How equilibrium is found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Method {
+    /// Conjugate gradients with coarse grids.
+    CoarseGrids(Scheme, Smoothing),
+    /// Conjugate gradients with node blocks only.
+    NodeBlocks,
+    /// Dynamic relaxation with kinetic damping.
+    Relaxation,
+}
+
+impl Default for Method {
+    fn default() -> Self {
+        Method::CoarseGrids(Scheme::default(), Smoothing::default())
+    }
+}
+
+/// A body with supports, prepared for loads.
+pub struct Equilibrium<'a> {
+    operator: &'a dyn GridOperator,
+    supports: &'a Supports,
+    free: FreeModes,
+    prepared: Prepared<'a>,
+}
+
+/// What the method needs.
+enum Prepared<'a> {
+    Gradients(Box<dyn Preconditioner + 'a>),
+    Relaxation(NodeBlocks),
+}
+
+impl<'a> Equilibrium<'a> {
+    /// Find free modes and set up the preconditioner. The supports' displacements do not matter to either: see
+    /// [`Equilibrium::with_supports`].
+    pub fn new(operator: &'a dyn GridOperator, supports: &'a Supports, method: Method) -> Self {
+        let free = FreeModes::new(operator, supports);
+        let prepared = match method {
+            Method::CoarseGrids(scheme, smoothing) => {
+                Prepared::Gradients(Box::new(TwoScale::new(operator, supports, scheme, smoothing)))
+            }
+            Method::NodeBlocks => Prepared::Gradients(Box::new(NodeBlocks::new(operator, supports))),
+            Method::Relaxation => Prepared::Relaxation(NodeBlocks::new(operator, supports)),
+        };
+        Equilibrium { operator, supports, free, prepared }
+    }
+
+    /// The same body with other displacements of the same supports ([`Supports::scaled`]).
+    pub fn with_supports(self, supports: &'a Supports) -> Self {
+        Equilibrium { supports, ..self }
+    }
+
+    /// What nothing holds.
+    pub fn free_modes(&self) -> &FreeModes {
+        &self.free
+    }
+
+    /// The preconditioner.
+    pub fn preconditioner(&self) -> &dyn Preconditioner {
+        match &self.prepared {
+            Prepared::Gradients(p) => &**p,
+            Prepared::Relaxation(blocks) => blocks,
+        }
+    }
+
+    /// Displacements u (m) with f − K u = 0 on free components under a load f (N), from a start. Free modes do not
+    /// appear in u − start.
+    ///
+    /// # Errors
+    /// A load that is not finite, outside the body, or does work on a free mode. Not to converge is an outcome, told by
+    /// the report.
+    pub fn solve(
+        &self,
+        load: &VectorField,
+        start: VectorField,
+        stopping: &Stopping,
+    ) -> Result<(VectorField, GridSolverReport)> {
+        self.check(load)?;
+        let mut u = start;
+        let report = match &self.prepared {
+            Prepared::Gradients(p) => {
+                conjugate_gradients(self.operator, load, self.supports, &self.free, &**p, &mut u, stopping)
+            }
+            Prepared::Relaxation(blocks) => {
+                let scale = self.scale(load);
+                self.supports.impose(&mut u);
+                let forces = |u: &VectorField, r: &mut VectorField| self.operator.forces(u, r);
+                relax(self.residual(&forces, load), blocks, &self.free, scale, &mut u, stopping)
+            }
+        };
+        Ok((u, report))
+    }
+
+    /// Displacements u (m) at which bond forces `forces(u, f)` (N), not linear in u, balance a load (N).
+    ///
+    /// The first step is that of the linear body; it must be a fair approximation, so large displacements need load
+    /// steps. The residual is relative to the load's on the linear body.
+    ///
+    /// # Errors
+    /// As [`Equilibrium::solve`].
+    pub fn solve_nonlinear(
+        &self,
+        forces: &(dyn Fn(&VectorField, &mut VectorField) + Sync),
+        load: &VectorField,
+        start: VectorField,
+        stopping: &Stopping,
+    ) -> Result<(VectorField, GridSolverReport)> {
+        self.check(load)?;
+        let scale = self.scale(load);
+        let residual = self.residual(forces, load);
+        let mut u = start;
+        let report = match &self.prepared {
+            Prepared::Gradients(p) => {
+                let mut rest = VectorField::zeros(load.len());
+                residual(&u, &mut rest);
+                let rise = self.supports.relative_to(&u);
+                let first = Stopping { tolerance: FIRST_STEP, ..*stopping };
+                let mut step = VectorField::zeros(load.len());
+                let linear = conjugate_gradients(self.operator, &rest, &rise, &self.free, &**p, &mut step, &first);
+                add_scaled(&mut u, 1.0, &step);
+                self.supports.impose(&mut u);
+                let mut report = nonlinear_gradients(residual, &**p, &self.free, scale, &mut u, stopping);
+                report.iterations += linear.iterations;
+                report.applications += linear.applications + 1;
+                report
+            }
+            Prepared::Relaxation(blocks) => {
+                self.supports.impose(&mut u);
+                relax(residual, blocks, &self.free, scale, &mut u, stopping)
+            }
+        };
+        Ok((u, report))
+    }
+
+    fn check(&self, load: &VectorField) -> Result<()> {
+        check_load(self.operator.body(), load)?;
+        self.free.require_balanced(self.operator, load)
+    }
+
+    /// What residuals are relative to.
+    fn scale(&self, load: &VectorField) -> f64 {
+        reference(self.operator, load, self.supports, &self.free, &mut VectorField::zeros(load.len()))
+    }
+
+    /// r = f + forces(u), zero on prescribed components.
+    fn residual<'b>(
+        &'b self,
+        forces: &'b dyn Fn(&VectorField, &mut VectorField),
+        load: &'b VectorField,
+    ) -> impl Fn(&VectorField, &mut VectorField) + 'b {
+        move |u, r| {
+            forces(u, r);
+            add_scaled(r, 1.0, load);
+            self.supports.clear(r);
+        }
+    }
+}

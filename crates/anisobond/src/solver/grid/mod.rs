@@ -1,0 +1,26 @@
+//! Equilibrium of bodies on grids.
+
+mod banded;
+mod conjugate_gradients;
+mod connected;
+mod element;
+mod equilibrium;
+mod free_modes;
+mod hexahedra;
+mod load_steps;
+mod multigrid;
+mod nonlinear;
+mod preconditioner;
+mod relaxation;
+mod supports;
+mod symmetric3;
+mod transfer;
+mod vectors;
+
+pub use conjugate_gradients::{Ending, GridSolverReport};
+pub use equilibrium::{Equilibrium, Method};
+pub use free_modes::FreeModes;
+pub use load_steps::{Breaking, LoadStep, load_steps};
+pub use multigrid::Smoothing;
+pub use preconditioner::{NodeBlocks, Preconditioner, Scheme, TwoScale};
+pub use supports::Supports;

@@ -1,0 +1,256 @@
+//! Preconditioners: a node's own block for short waves, coarse grids of local elasticity for long ones.
+
+use std::collections::HashMap;
+
+use rayon::prelude::*;
+
+use super::hexahedra::{Hexahedra, Part};
+use super::multigrid::{Multigrid, Smoothing, merge};
+use super::supports::Supports;
+use super::symmetric3::{Symmetric3, pseudo_inverse};
+use super::transfer::Transfer;
+use crate::operator::{GridOperator, VectorField};
+use crate::tensor::Stiffness;
+
+/// A prescribed component is a spring to ground on the coarse grids, so many times as stiff as the node's own block.
+const SUPPORT: f64 = 4.0;
+
+/// An approximate inverse of K: symmetric, positive on free components, zero on prescribed ones.
+pub trait Preconditioner: Sync {
+    /// z = M⁻¹ r; returns how often K was applied.
+    fn apply(&self, r: &VectorField, z: &mut VectorField) -> usize;
+}
+
+/// The inverse of every node's own 3×3 block.
+pub struct NodeBlocks {
+    kind: Vec<u32>,
+    inverse: Vec<Symmetric3>,
+    row: usize,
+}
+
+impl NodeBlocks {
+    /// Of an operator, with prescribed components left out. Equal blocks are kept once.
+    pub fn new(operator: &dyn GridOperator, supports: &Supports) -> Self {
+        let grid = &operator.body().grid;
+        let row = grid.nodes[0];
+        let plane = row * grid.nodes[1];
+        let fixed = fixed_bits(grid.len(), supports);
+        let mut kinds: HashMap<[u64; 6], u32> = HashMap::new();
+        let mut inverse = Vec::new();
+        let mut kind = Vec::with_capacity(grid.len());
+        let mut last = None;
+        for start in (0..grid.len()).step_by(plane) {
+            let blocks: Vec<[f64; 6]> =
+                (start..start + plane).into_par_iter().map(|node| free_block(operator, node, fixed[node])).collect();
+            for block in blocks {
+                let key = block.map(f64::to_bits);
+                let number = match last {
+                    Some((k, number)) if k == key => number,
+                    _ => *kinds.entry(key).or_insert_with(|| {
+                        let [a, b, c, d, e, f] = block;
+                        inverse.push(pseudo_inverse(&[[a, f, e], [f, b, d], [e, d, c]]));
+                        (inverse.len() - 1) as u32
+                    }),
+                };
+                last = Some((key, number));
+                kind.push(number);
+            }
+        }
+        NodeBlocks { kind, inverse, row }
+    }
+
+    /// The inverse block of a node.
+    pub fn block(&self, node: usize) -> &Symmetric3 {
+        &self.inverse[self.kind[node] as usize]
+    }
+
+    /// z = s D⁻¹ r + add(row, i), row by row.
+    fn apply_rows(&self, s: f64, r: &VectorField, z: &mut VectorField, coarse: Option<(&Transfer, &[[f64; 3]])>) {
+        let row = self.row;
+        let [z1, z2, z3] = &mut z.components;
+        let rows = z1.par_chunks_mut(row).zip(z2.par_chunks_mut(row)).zip(z3.par_chunks_mut(row));
+        rows.enumerate().for_each(|(number, ((z1, z2), z3))| {
+            let start = number * row;
+            for i in 0..row {
+                let n = start + i;
+                let v = [r.components[0][n], r.components[1][n], r.components[2][n]];
+                let [x, y, w] = self.block(n).times(&v);
+                (z1[i], z2[i], z3[i]) = (s * x, s * y, s * w);
+            }
+            if let Some((transfer, values)) = coarse {
+                let n2 = transfer.fine[1];
+                transfer.row(values, number % n2, number / n2, |i, v| {
+                    z1[i] += v[0];
+                    z2[i] += v[1];
+                    z3[i] += v[2];
+                });
+            }
+        });
+    }
+}
+
+impl Preconditioner for NodeBlocks {
+    fn apply(&self, r: &VectorField, z: &mut VectorField) -> usize {
+        self.apply_rows(1.0, r, z, None);
+        0
+    }
+}
+
+/// The upper triangle of a node's block, prescribed components zeroed.
+fn free_block(operator: &dyn GridOperator, node: usize, fixed: u8) -> [f64; 6] {
+    let block = operator.diagonal_block(node);
+    let at = |i: usize, j: usize| if (fixed >> i | fixed >> j) & 1 == 0 { block[(i, j)] } else { 0.0 };
+    [at(0, 0), at(1, 1), at(2, 2), at(1, 2), at(0, 2), at(0, 1)]
+}
+
+/// One bit per component of every node: prescribed or not.
+fn fixed_bits(nodes: usize, supports: &Supports) -> Vec<u8> {
+    let mut bits = vec![0; nodes];
+    for a in 0..3 {
+        for node in supports.nodes(a) {
+            bits[*node as usize] |= 1 << a;
+        }
+    }
+    bits
+}
+
+/// How the node blocks and the coarse grids are put together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Scheme {
+    /// M⁻¹ = w D⁻¹ + P A⁻¹ Pᵀ: no application of K.
+    Additive {
+        /// Weight w.
+        weight: f64,
+    },
+    /// Node blocks, coarse grids, node blocks, each on what the one before left: two applications of K.
+    Multiplicative {
+        /// Weight w of the node blocks; below 2 over the largest eigenvalue of D⁻¹K.
+        weight: f64,
+    },
+}
+
+impl Default for Scheme {
+    fn default() -> Self {
+        Scheme::Additive { weight: 1.0 }
+    }
+}
+
+/// Node blocks and coarse grids.
+///
+/// The coarse grids are elements of local elasticity at spacings 2Δ, 4Δ, … with the regions' bulk tensors, weighed by
+/// the share of each region and by how whole its nodes' bonds are.
+pub struct TwoScale<'a> {
+    operator: &'a dyn GridOperator,
+    supports: Supports,
+    blocks: NodeBlocks,
+    transfer: Transfer,
+    multigrid: Multigrid,
+    scheme: Scheme,
+}
+
+impl<'a> TwoScale<'a> {
+    /// For an operator and its supports.
+    pub fn new(operator: &'a dyn GridOperator, supports: &Supports, scheme: Scheme, smoothing: Smoothing) -> Self {
+        let grid = &operator.body().grid;
+        let wraps = std::array::from_fn(|a| grid.periodic[a] || grid.nodes[a] == 1);
+        let transfer = Transfer::new(grid.nodes, wraps);
+        let regions = operator.body().region.iter().copied().max().unwrap_or(0);
+        let tensors: Vec<Stiffness> = (0..regions).map(|r| operator.bulk_stiffness(r)).collect();
+        let elements = std::array::from_fn(|a| transfer.axes[a].elements);
+        let edges = std::array::from_fn(|a| grid.spacing * transfer.axes[a].factor as f64);
+        let parts = element_parts(operator, &transfer);
+        let springs = springs(operator, supports);
+        let support = transfer.restrict(|n| springs.get(&(n as u32)).copied().unwrap_or_default());
+        let finest = Hexahedra::new(transfer.coarse(), elements, edges, parts, support, &tensors);
+        let multigrid = Multigrid::new(finest, &tensors, smoothing);
+        let blocks = NodeBlocks::new(operator, supports);
+        TwoScale { operator, supports: supports.clone(), blocks, transfer, multigrid, scheme }
+    }
+
+    /// A⁻¹ Pᵀ r.
+    fn coarse(&self, r: &VectorField) -> Vec<[f64; 3]> {
+        let [x, y, z] = &r.components;
+        self.multigrid.solve(&self.transfer.restrict(|n| [x[n], y[n], z[n]]))
+    }
+
+    /// Zero on prescribed components and empty nodes.
+    fn clear(&self, z: &mut VectorField) {
+        self.supports.clear(z);
+        let region = &self.operator.body().region;
+        for z in &mut z.components {
+            z.par_iter_mut().zip(region).with_min_len(4096).for_each(|(z, region)| {
+                if *region == 0 {
+                    *z = 0.0;
+                }
+            });
+        }
+    }
+}
+
+impl Preconditioner for TwoScale<'_> {
+    fn apply(&self, r: &VectorField, z: &mut VectorField) -> usize {
+        match self.scheme {
+            Scheme::Additive { weight } => {
+                let coarse = self.coarse(r);
+                self.blocks.apply_rows(weight, r, z, Some((&self.transfer, &coarse)));
+                self.clear(z);
+                0
+            }
+            Scheme::Multiplicative { weight } => {
+                self.blocks.apply_rows(weight, r, z, None);
+                let mut rest = VectorField::zeros(r.len());
+                self.operator.forces(z, &mut rest);
+                super::vectors::add_scaled(&mut rest, 1.0, r);
+                self.supports.clear(&mut rest);
+                let coarse = self.coarse(&rest);
+                let mut step = VectorField::zeros(r.len());
+                self.blocks.apply_rows(0.0, r, &mut step, Some((&self.transfer, &coarse)));
+                self.clear(&mut step);
+                super::vectors::add_scaled(z, 1.0, &step);
+                self.operator.forces(z, &mut rest);
+                super::vectors::add_scaled(&mut rest, 1.0, r);
+                self.blocks.apply_rows(weight, &rest, &mut step, None);
+                super::vectors::add_scaled(z, 1.0, &step);
+                2
+            }
+        }
+    }
+}
+
+/// What every element of spacing 2Δ holds: nodes are cells of volume Δ³, shared between the elements they touch.
+fn element_parts(operator: &dyn GridOperator, transfer: &Transfer) -> Vec<Vec<Part>> {
+    let body = operator.body();
+    let elements: [usize; 3] = std::array::from_fn(|a| transfer.axes[a].elements);
+    let shares: [Vec<Vec<(usize, f64)>>; 3] = std::array::from_fn(|a| {
+        let axis = &transfer.axes[a];
+        let per_cell = |(e, share): (usize, f64)| (e, share / axis.cells(e, transfer.fine[a]));
+        (0..transfer.fine[a]).map(|i| axis.shares_of_node(i).into_iter().map(per_cell).collect()).collect()
+    });
+    let wholeness: Vec<f64> =
+        (0..body.grid.len()).into_par_iter().map(|n| if body.has(n) { operator.wholeness(n) } else { 0.0 }).collect();
+    let mut parts = vec![Vec::new(); elements.iter().product()];
+    for (node, whole) in wholeness.iter().enumerate().filter(|w| *w.1 > 0.0) {
+        let [i, j, k] = body.grid.coordinates(node);
+        for &(ek, wk) in &shares[2][k] {
+            for &(ej, wj) in &shares[1][j] {
+                for &(ei, wi) in &shares[0][i] {
+                    let part = Part { region: body.region[node] - 1, weight: whole * wi * wj * wk };
+                    merge(&mut parts[ei + elements[0] * (ej + elements[1] * ek)], part);
+                }
+            }
+        }
+    }
+    parts
+}
+
+/// Springs to ground (N/m) of the nodes with prescribed components.
+fn springs(operator: &dyn GridOperator, supports: &Supports) -> HashMap<u32, [f64; 3]> {
+    let mut springs: HashMap<u32, [f64; 3]> = HashMap::new();
+    for a in 0..3 {
+        for node in supports.nodes(a) {
+            let block = operator.diagonal_block(*node as usize);
+            springs.entry(*node).or_default()[a] = SUPPORT * block[(a, a)];
+        }
+    }
+    springs
+}
