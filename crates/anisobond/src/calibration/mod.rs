@@ -15,9 +15,11 @@
 
 mod advice;
 mod best_fit;
+mod bounded_squares;
 mod calibrator;
 mod dispersion;
 mod dual_newton;
+mod fracture;
 mod hybrid;
 mod lattice_stiffness;
 mod least_trace;
@@ -33,6 +35,7 @@ pub use advice::{Advice, Model, ModelAdvice, advise};
 pub use best_fit::best_fit_stiffness;
 pub use calibrator::{Calibration, Calibrator, Cause, Infeasibility, LowerBound};
 pub use dispersion::{Dispersion, LongWaves, Stability};
+pub use fracture::{CrackPlanes, CriticalStretches, EnergyByNormal, FractureReport, fracture_energy};
 pub use hybrid::{HybridCalibration, HybridCalibrator, HybridForm, TraceEvidence};
 pub use lattice_stiffness::{LatticeStiffness, PI_HAT, lattice_mu};
 pub(crate) use microplane::strain_dot;

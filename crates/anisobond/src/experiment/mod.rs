@@ -1,6 +1,7 @@
 //! Studies: many calibrations at once, and the document's own, recomputed beside its printed values.
 
 pub mod batch;
+pub mod closed_forms;
 mod corrected;
 pub mod element_test;
 mod lattice_study;
