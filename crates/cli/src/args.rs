@@ -23,6 +23,7 @@ pub enum Command {
     Lattice(Lattice),
     ElementTest(ElementTest),
     Sweep(Sweep),
+    Run(Run),
     Check(CheckCase),
     New(New),
     Verify(Verify),
@@ -327,6 +328,29 @@ pub struct CaseArgs {
     /// Replace or add a value of the file: grid.spacing='0.5 mm', condition.0.pressure='2 MPa' (repeatable)
     #[arg(long, value_name = "KEY=VALUE", allow_hyphen_values = true)]
     pub set: Vec<String>,
+}
+
+/// Run a case: bodies in motion or in equilibrium, with fracture
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  anisobond run cases/wave.toml -o wave
+  anisobond run cases/glass-branching.toml --set grid.spacing='0.5 mm' -o fine
+  anisobond run cases/glass-branching.toml -o glass --resume      # after Ctrl-C, or after a crash
+
+Exit codes: 0 done, 2 bad input, 130 interrupted (a checkpoint is kept).")]
+pub struct Run {
+    #[command(flatten)]
+    pub case: CaseArgs,
+    /// Folder for the results [default: the case's name]
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// Go on from the last checkpoint in the folder
+    #[arg(long)]
+    pub resume: bool,
+    /// Print the summary as one JSON document
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Say what a case would take, without running it: nodes, bonds, memory, regions, conditions with their forces

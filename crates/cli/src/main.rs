@@ -11,6 +11,7 @@ mod interrupt;
 mod lattice;
 mod materials;
 mod pack;
+mod run;
 mod sweep;
 mod table;
 mod tensor;
@@ -60,6 +61,7 @@ fn run(cli: args::Cli) -> Result<Ending> {
         args::Command::Lattice(a) => lattice::run(&a),
         args::Command::ElementTest(a) => lattice::test(&a),
         args::Command::Sweep(a) => sweep::run(&a),
+        args::Command::Run(a) => run::run(&a),
         args::Command::Check(a) => case::check(&a),
         args::Command::New(a) => case::new(&a),
         args::Command::Verify(a) => verify::run(&a),

@@ -40,7 +40,13 @@ fn describe(s: &RunSummary, folder: &str) -> String {
     let n = text::number;
     let mut out = format!("{}: {} nodes, {} bonds\n", s.case, s.nodes, s.bonds);
     if let Some(step) = &s.time_step {
-        out += &format!("motion            {} steps of {} s (stable {} s) to {} s\n", s.steps, n(step.step), n(step.stable), n(s.time));
+        out += &format!(
+            "motion            {} steps of {} s (stable {} s) to {} s\n",
+            s.steps,
+            n(step.step),
+            n(step.stable),
+            n(s.time)
+        );
     }
     if let Some(e) = &s.equilibrium {
         out += &format!(
@@ -74,7 +80,12 @@ fn describe(s: &RunSummary, folder: &str) -> String {
         out += &format!("broken bonds      {}, largest damage {:.3}\n", e.broken_bonds, s.largest_damage);
     }
     if let Some(c) = &s.crack_speed {
-        out += &format!("crack             {} m long, {} m/s (largest {} m/s)\n", n(c.length), n(c.speed), n(c.largest_speed));
+        out += &format!(
+            "crack             {} m long, {} m/s (largest {} m/s)\n",
+            n(c.length),
+            n(c.speed),
+            n(c.largest_speed)
+        );
     }
     out += &format!("{:.1} s; results in {folder}\n", s.seconds);
     out

@@ -108,8 +108,8 @@ impl CrackFront {
 fn slope(points: &[[f64; 2]]) -> f64 {
     let n = points.len() as f64;
     let [t, x] = [0, 1].map(|a| points.iter().map(|p| p[a]).sum::<f64>() / n);
-    let (up, across) = points.iter().fold((0.0, 0.0), |(up, across), p| {
-        (up + (p[0] - t) * (p[1] - x), across + (p[0] - t) * (p[0] - t))
-    });
+    let (up, across) = points
+        .iter()
+        .fold((0.0, 0.0), |(up, across), p| (up + (p[0] - t) * (p[1] - x), across + (p[0] - t) * (p[0] - t)));
     up / across
 }

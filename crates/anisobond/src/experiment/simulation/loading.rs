@@ -110,7 +110,11 @@ impl Loading {
     }
 
     /// Forces on the nodes of a row (N).
-    pub(super) fn forces<'a>(&'a self, row: usize, at: &'a Factors) -> impl Iterator<Item = (usize, Vector3<f64>)> + 'a {
+    pub(super) fn forces<'a>(
+        &'a self,
+        row: usize,
+        at: &'a Factors,
+    ) -> impl Iterator<Item = (usize, Vector3<f64>)> + 'a {
         self.forces.row(row).iter().map(|f| (f.node as usize, f.force * at.0[f.history as usize]))
     }
 

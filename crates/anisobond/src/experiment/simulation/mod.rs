@@ -13,8 +13,8 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 pub use self::assemble::RegionEvidence;
-pub use self::crack::SpeedFit;
 use self::crack::CrackFront;
+pub use self::crack::SpeedFit;
 pub use self::ledger::Ledger;
 use self::loading::Loading;
 use self::motion::{Motion, Pass};
@@ -146,8 +146,7 @@ impl Simulation {
                 self.ledger.initial = motion.kinetic_ahead + self.bonds.energy(&self.u, self.problem.kinematics);
                 let span = 0.5 * evidence.step;
                 let kinetic = motion.kinetic_ahead;
-                let first =
-                    motion.kick(&self.problem, &self.loading, &mut self.bonds, &self.u, (0.0, span), true);
+                let first = motion.kick(&self.problem, &self.loading, &mut self.bonds, &self.u, (0.0, span), true);
                 // The first pass lies ahead as a whole; of later ones a half does.
                 let (external, damping) = (2.0 * first.external, 2.0 * first.damping);
                 let ahead = Pass { kinetic, external, damping, ..first };
@@ -424,13 +423,8 @@ impl Simulation {
     /// Everything that is needed to go on.
     pub fn save(&self) -> SavedState {
         let mut state = SavedState::default();
-        let mut about = About {
-            step: self.step,
-            ledger: self.ledger,
-            kinetic_ahead: 0.0,
-            external_ahead: 0.0,
-            damping_ahead: 0.0,
-        };
+        let mut about =
+            About { step: self.step, ledger: self.ledger, kinetic_ahead: 0.0, external_ahead: 0.0, damping_ahead: 0.0 };
         let names = ["x", "y", "z"];
         let mut keep = |prefix: &str, field: VectorField| {
             let arrays = names.iter().zip(field.components).map(|(axis, values)| (format!("{prefix}_{axis}"), values));
@@ -471,7 +465,7 @@ impl Simulation {
         let damaged = self.crack.times().len();
         self.crack.restore(state.take_numbers("damaged_at", damaged)?);
         let words = self.bonds.unbroken_bits().len();
-        self.bonds.restore_bits(&state.take_words("bonds", words)?);
+        self.bonds.restore_bits(&state.take_words("bonds", words)?)?;
         self.step = about.step;
         self.ledger = about.ledger;
         Ok(())
@@ -482,7 +476,10 @@ impl Simulation {
 fn statics_of(schedule: &Schedule) -> Statics {
     match *schedule {
         Schedule::Equilibrium { tolerance, relaxation, .. } => Statics {
-            stopping: Stopping { tolerance, most_iterations: if relaxation { 200 * MOST_ITERATIONS } else { MOST_ITERATIONS } },
+            stopping: Stopping {
+                tolerance,
+                most_iterations: if relaxation { 200 * MOST_ITERATIONS } else { MOST_ITERATIONS },
+            },
             method: if relaxation { Method::Relaxation } else { Method::default() },
         },
         Schedule::Motion { .. } => Statics {

@@ -164,7 +164,8 @@ impl RowKick<'_> {
     /// Prescribed components of a row: the velocity that brings a displacement to where it is to be after the step, or
     /// the one prescribed half a step ahead.
     fn held(&self, row: usize, first: usize, velocity: &[&mut [f64]; 3]) -> Vec<Held> {
-        let rows = self.loading.prescribed(row, &self.velocities).zip(self.loading.prescribed(row, &self.displacements));
+        let rows =
+            self.loading.prescribed(row, &self.velocities).zip(self.loading.prescribed(row, &self.displacements));
         rows.map(|((entry, speed), (_, place))| {
             let (node, axis) = (entry.node as usize, usize::from(entry.axis));
             let to_place = || (place - self.u.at(node)[axis]) / self.step;

@@ -167,9 +167,7 @@ fn layer(grid: &Grid, slice: &Slice) -> usize {
 fn size(components: &[f32]) -> f32 {
     match components {
         [value] => *value,
-        [xx, yy, zz, xy, yz, xz] => {
-            (xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + yz * yz + xz * xz)).sqrt()
-        }
+        [xx, yy, zz, xy, yz, xz] => (xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + yz * yz + xz * xz)).sqrt(),
         vector => vector.iter().map(|x| x * x).sum::<f32>().sqrt(),
     }
 }
