@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anisobond::experiment::{Condition, Crack, FractureEnergy, History, Problem, Schedule};
 use anisobond::io::{CaseFile, parse_stl, starter_case};
 use anisobond::lattice::Solid;
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
 
 /// A small block of everything that a case needs; the tests add to it and replace in it.
@@ -187,12 +187,9 @@ on = "y-min"
 displacement = [0, 0, "free"]
 [[condition]]
 name = "pulse"
-on = { points = 1 }
-velocity = ["1 m/s", "free", "free"]
-"#
-        .replace("{ points = 1 }", "{ box = { min = '9, 0, 0 mm', max = '10, 1, 1 mm' } }")
-        .replace("velocity = [\"1 m/s\", \"free\", \"free\"]", "velocity = [\"free\", \"free\", \"1 m/s\"]")
-        .as_str(),
+on = { box = { min = '9, 0, 0 mm', max = '10, 1, 1 mm' } }
+velocity = ["free", "free", "1 m/s"]
+"#,
     );
     let Condition::Displacement { nodes, value, history } = &p.conditions[0] else { panic!() };
     assert_eq!((nodes.len(), *value, history), (48, [Some(0.0), None, Some(1e-6)], &History::Constant));
@@ -212,18 +209,12 @@ material = { unit = "GPa", class = "isotropic", c11 = 3, c12 = 1, density = "100
 [[region]]
 name = "ball"
 over = true
-solid = { sphere = { centre = "5, 3, 2 mm", radius = "0.9 mm" } }
+solid = { sphere = { centre = "4.5, 2.5, 1.5 mm", radius = "0.9 mm" } }
 orientation = { axis = [0, 0, 1], angle = 30 }
 [[region]]
 name = "rest"
 fracture = { directional = [{ normal = "x", energy = "1 J/m2" }, { normal = [0, 1, 1], energy = "2 J/m2" }] }
-"#
-        .replace("\"0.9 mm\"", "\"0.9 mm\"")
-        .replace(
-            "over = true\nsolid = { sphere = { centre = \"5, 3, 2 mm\"",
-            "over = true\nsolid = { sphere = { centre = \"4.5, 2.5, 1.5 mm\"",
-        )
-        .as_str(),
+"#,
     );
     let count = |r: u16| p.body.region.iter().filter(|&&x| x == r).count();
     // The eight nodes around the centre are √3/2 mm away from it; one of them is the second region's.
@@ -681,7 +672,6 @@ fn solids_turn_and_move() {
     ));
     assert_eq!((p.body.grid.nodes, p.body.nodes()), ([6, 10, 4], 240));
     assert!((p.body.grid.position(0) - Vector3::repeat(0.5e-3)).norm() < 1e-12);
-    assert_eq!(Matrix3::<f64>::identity().determinant(), 1.0);
 }
 
 /// A case file with pieces replaced by pieces that a file might hold.
@@ -741,10 +731,8 @@ proptest! {
     fn nearly_valid_cases_never_panic(text in mutated()) {
         match CaseFile::parse(&text, "block.toml", &[]) {
             Ok(case) => {
-                if case.grid().is_ok_and(|g| g.len() < 10_000) {
-                    if let Err(e) = case.problem() {
-                        prop_assert!(e.to_string().starts_with("block.toml"), "{}", e);
-                    }
+                if case.grid().is_ok_and(|g| g.len() < 10_000) && let Err(e) = case.problem() {
+                    prop_assert!(e.to_string().starts_with("block.toml"), "{}", e);
                 }
             }
             Err(e) => prop_assert!(e.to_string().starts_with("block.toml"), "{}", e),

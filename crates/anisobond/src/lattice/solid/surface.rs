@@ -121,13 +121,13 @@ mod tests {
             (hole(&rod), &rod, Some(2), 2.0 * pi * 0.6 * h, -1.0),
             (cube.clone(), &cube, None, 24.0, 1.0),
         ] {
-            let patches = surface_patches(&body(&shape, h, plane), on);
+            let body = body(&shape, h, plane);
+            let patches = surface_patches(&body, on);
             let area: f64 = patches.iter().map(|p| p.area).sum();
             assert!((area / exact - 1.0).abs() < 5e-3, "{shape:?}: {area} for {exact}");
             let resultant: Vector3<f64> = patches.iter().map(|p| p.normal * p.area).sum();
             assert!(resultant.norm() < 1e-9 * exact, "{resultant:?}");
-            let radial =
-                |p: &Patch| p.normal.dot(&body(&shape, h, plane).grid.position(p.node as usize)) * outward > 0.0;
+            let radial = |p: &Patch| p.normal.dot(&body.grid.position(p.node as usize)) * outward > 0.0;
             assert!(patches.iter().step_by(97).all(radial));
         }
     }
