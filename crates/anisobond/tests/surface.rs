@@ -256,7 +256,7 @@ fn a_crack_is_a_free_surface() {
         let to = z + grid.bonds()[bond].offset[2];
         (z < 6) == (to < 6) && (0..12).contains(&to)
     };
-    let cracked = surface_stencils(&body, &grid, &[k.clone()], cut).unwrap();
+    let cracked = surface_stencils(&body, &grid, std::slice::from_ref(&k), cut).unwrap();
     let slab = Body::full(Grid::new([6, 6, 6], 1.0, Vector3::zeros(), [true, true, false]).unwrap());
     let free = calibrated(&slab, &grid, &k);
     assert_eq!(cracked.stencils.len(), free.stencils.len());
