@@ -6,7 +6,7 @@ use anisobond::calibration::{Calibrator, CrackPlanes, CriticalStretches, EnergyB
 use anisobond::lattice::{Grid, Influence, Neighbourhood};
 use anisobond::tensor::{Material, Stiffness};
 use common::Random;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 /// A neighbourhood and calibrated bonds.
 fn calibrated(m: f64, influence: Influence, c: &Stiffness) -> (Neighbourhood, Vec<f64>) {
@@ -20,10 +20,8 @@ fn spinel() -> Stiffness {
 }
 
 fn rock() -> Stiffness {
-    let e = Stiffness::isotropic(30e9, 30e9);
-    let q = Matrix3::identity();
     // Stiffer along x than along z.
-    let mut v = e.rotated(&q).voigt();
+    let mut v = Stiffness::isotropic(30e9, 30e9).voigt();
     v[(0, 0)] *= 1.6;
     v[(1, 1)] *= 1.3;
     Stiffness::from_voigt(&v).unwrap()
@@ -136,7 +134,7 @@ fn directional_energy_is_reached() {
     };
     let cases = [
         ("isotropic", vec![(Vector3::x(), 3.8)], 0.03),
-        ("2:1", weak(2.0), 0.03),
+        ("2:1", weak(2.0), 0.05),
         ("4:1", weak(4.0), 0.08),
         ("2:1 aslant", aslant(2.0), 0.05),
     ];
@@ -214,12 +212,11 @@ fn linear_softening_takes_the_same_energy() {
     let ratio = 3.0;
     for (s, s0) in brittle.stretch.iter().zip(brittle.onset(ratio).unwrap()).filter(|(s, _)| s.is_finite()) {
         // Area under the triangle with its top at s₀ and its end at ratio·s₀, per k |ξ|².
-        let steps = 30_000;
+        let steps = 3000;
         let width = ratio * s0 / steps as f64;
         let force = |x: f64| if x < s0 { x } else { s0 * (ratio * s0 - x) / (ratio * s0 - s0) };
         let area: f64 = (0..steps).map(|i| force((i as f64 + 0.5) * width) * width).sum();
         assert!((area / (0.5 * s * s) - 1.0).abs() < 1e-6);
-        break;
     }
     assert!(brittle.onset(1.0).is_err() && brittle.onset(f64::NAN).is_err());
 }

@@ -31,7 +31,7 @@ const AROUND: usize = 90;
 const LARGEST_INDEX: i32 = 2;
 
 /// Weight of closeness to one common stretch against closeness to the wanted energy (both relative).
-const UNIFORMITY: f64 = 1e-3;
+const UNIFORMITY: f64 = 3e-4;
 
 /// No bond gets less than this part of the uniform s²: a bond of critical stretch 0 would be no bond.
 const LEAST_SQUARE: f64 = 0.04;

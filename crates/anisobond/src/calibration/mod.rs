@@ -30,6 +30,7 @@ mod nnls;
 mod rays;
 mod sphere_rule;
 mod strain_average;
+mod surface;
 
 pub use advice::{Advice, Model, ModelAdvice, advise};
 pub use best_fit::best_fit_stiffness;
@@ -50,3 +51,4 @@ pub use micropolar::{
 pub(crate) use micropolar::{tensor_coordinates, tensor_of_coordinates};
 pub use sphere_rule::SphereRule;
 pub use strain_average::StrainAverage;
+pub use surface::{SurfaceStencil, SurfaceStencils, surface_stencils};

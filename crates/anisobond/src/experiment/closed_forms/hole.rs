@@ -44,7 +44,7 @@ impl PressurisedHole {
             let q = stroh.b.lu().solve(&load).ok_or_else(singular)?;
             parts.push((weight, stroh, q));
         }
-        Ok(PressurisedHole { stiffness: stiffness.clone(), radius, parts })
+        Ok(PressurisedHole { stiffness: *stiffness, radius, parts })
     }
 
     /// ζ_α of a point on or outside the edge.
