@@ -1,6 +1,7 @@
 //! The sum over bonds: fast kernels on a bond list, and the dense matrix they must agree with.
 
 mod bond_list;
+pub mod grid;
 mod grid_cell;
 mod grid_operator;
 mod hybrid_naive;
