@@ -1,0 +1,364 @@
+//! The bonds of a body, prepared for the kernels.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex};
+
+use nalgebra::Matrix3;
+use rayon::prelude::*;
+
+use super::aligned::Aligned;
+use super::kernels::bit_of;
+use super::lanes::InstructionSet;
+use super::layout::{Layout, NONE};
+use super::padded::Padded;
+use super::real::{Real, Word};
+use super::stencil::{HalfBonds, MOST_LANES, Stencil};
+use crate::lattice::{Body, Neighbourhood};
+use crate::{Error, Result};
+
+/// Words of bits per node at most: 16 of 64 bits, horizon ratio about 7.8.
+const MOST_HALF_BONDS: usize = 1024;
+
+/// The bonds of a body on a grid, with one bit per half bond.
+///
+/// Displacements are stored as `T`, f64 or f32; everything else that is given or returned is f64, SI units.
+#[derive(Debug)]
+pub struct GridBonds<T: Real = f64> {
+    pub(super) body: Body,
+    pub(super) neighbourhood: Neighbourhood,
+    pub(super) set: InstructionSet,
+    pub(super) layout: Arc<Layout>,
+    pub(super) half: HalfBonds<T>,
+    /// Stencil of each node; 0 is none.
+    pub(super) stencil: Vec<u16>,
+    pub(super) stencils: Vec<Stencil>,
+    /// k (N/m) and s_c (–) by stencil and bond.
+    pub(super) stiffness: Vec<T>,
+    pub(super) critical: Vec<T>,
+    /// Words of bits per node.
+    pub(super) words: usize,
+    /// Bits of half bonds: rows of `words` times `layout.slots`, one row of zeros behind.
+    pub(super) bits: Aligned<T::Word>,
+    /// By row and position: whether all bonds of the vector's bulk lanes exist and are unbroken.
+    pub(super) whole: Vec<bool>,
+    /// By row and position: 0 where no lane is bulk, else 1 + place in `mixtures`.
+    pub(super) mixture: Vec<u32>,
+    /// Stencils of the lanes of bulk vectors.
+    pub(super) mixtures: Vec<Mixture>,
+    /// Nodes that are not bulk, ascending, and where those of each row begin.
+    pub(super) special: Vec<u32>,
+    pub(super) special_from: Vec<u32>,
+    /// Whether any bond can break.
+    pub(super) breakable: bool,
+    /// Displacements between calls of the linear operator.
+    pub(super) scratch: Mutex<Option<Padded<T>>>,
+}
+
+/// Stencils of a vector's lanes; lanes that are not bulk have that of another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Mixture(pub(super) [u16; MOST_LANES]);
+
+impl Mixture {
+    /// The stencil of all lanes, if it is one.
+    pub fn uniform(&self) -> Option<u16> {
+        self.0.iter().all(|&s| s == self.0[0]).then_some(self.0[0])
+    }
+}
+
+impl<T: Real> GridBonds<T> {
+    /// The bonds of a body: `stencil` by node counts from 1, 0 where there is no node; the kernels are those of the widest
+    /// instruction set of this machine.
+    ///
+    /// # Errors
+    /// As [`GridBonds::with_instructions`].
+    pub fn new(body: Body, neighbourhood: &Neighbourhood, stencil: Vec<u16>, stencils: Vec<Stencil>) -> Result<Self> {
+        GridBonds::with_instructions(InstructionSet::best(), body, neighbourhood, stencil, stencils)
+    }
+
+    /// As [`GridBonds::new`], with the kernels of a given instruction set.
+    ///
+    /// # Errors
+    /// An instruction set that the machine lacks; a spacing of the grid other than the neighbourhood's; a number of stencil
+    /// indices other than that of the nodes, a neighbourhood turned against the grid, indices of no stencil, nodes of the body without a stencil or stencils without a
+    /// node; stencils that do not fit the neighbourhood or whose numbers are not finite; more than 1024 half bonds.
+    pub fn with_instructions(
+        set: InstructionSet,
+        body: Body,
+        neighbourhood: &Neighbourhood,
+        stencil: Vec<u16>,
+        stencils: Vec<Stencil>,
+    ) -> Result<Self> {
+        check(set, &body, neighbourhood, &stencil, &stencils)?;
+        let half = HalfBonds::<T>::new(neighbourhood);
+        let layout = Arc::new(Layout::new(&body.grid, half.reach, set.lanes::<T>()));
+        let words = half.len().div_ceil(T::Word::BITS);
+        let all = |values: fn(&Stencil) -> &Vec<f64>| {
+            stencils.iter().flat_map(|s| values(s).iter().map(|&x| T::of(x))).collect::<Vec<T>>()
+        };
+        let mut bonds = GridBonds {
+            stiffness: all(|s| &s.stiffness),
+            critical: all(|s| &s.critical),
+            breakable: stencils.iter().any(|s| s.critical.iter().any(|c| c.is_finite())),
+            bits: Aligned::zeros((layout.rows() + 1) * words * layout.slots),
+            whole: vec![false; layout.rows() * layout.length],
+            mixture: vec![0; layout.rows() * layout.length],
+            mixtures: vec![],
+            special: vec![],
+            special_from: vec![],
+            scratch: Mutex::new(None),
+            neighbourhood: neighbourhood.clone(),
+            body,
+            set,
+            layout,
+            half,
+            stencil,
+            stencils,
+            words,
+        };
+        bonds.connect();
+        bonds.sort_nodes();
+        bonds.find_whole();
+        Ok(bonds)
+    }
+
+    /// Displacements of zero in the kernels' layout.
+    pub fn padded(&self) -> Padded<T> {
+        Padded::zeros(&self.layout)
+    }
+
+    /// The neighbourhood.
+    pub fn neighbourhood(&self) -> &Neighbourhood {
+        &self.neighbourhood
+    }
+
+    /// The stencils; that of a node is number [`GridBonds::stencil_of`] − 1.
+    pub fn stencils(&self) -> &[Stencil] {
+        &self.stencils
+    }
+
+    /// Stencil of each node, counting from 1; 0 is no node.
+    pub fn stencil_of(&self) -> &[u16] {
+        &self.stencil
+    }
+
+    /// Whether any bond can break.
+    pub fn breakable(&self) -> bool {
+        self.breakable
+    }
+
+    /// The instruction set of the kernels.
+    pub fn instructions(&self) -> InstructionSet {
+        self.set
+    }
+
+    /// Number of nodes that are not taken a vector at a time: those with a bond to another stencil.
+    pub fn special_nodes(&self) -> usize {
+        self.special.len()
+    }
+
+    /// Bytes of memory of bits and tables, displacements excluded.
+    pub fn bytes(&self) -> usize {
+        self.bits.bytes()
+            + self.whole.len()
+            + 4 * (self.mixture.len() + self.special.len() + self.special_from.len())
+            + 2 * (self.stencil.len() + self.body.region.len())
+            + self.mixtures.len() * size_of::<Mixture>()
+            + 2 * size_of::<T>() * self.stiffness.len()
+    }
+
+    /// Number of nodes along the first axis.
+    pub(super) fn row_nodes(&self) -> usize {
+        self.layout.nodes[0]
+    }
+
+    /// The node at an offset from an element of a row; `None` where there is none.
+    #[inline]
+    pub(super) fn node_at(&self, row: usize, element: usize, [dx, dy, dz]: [i32; 3]) -> Option<usize> {
+        let to = self.layout.row_at(row, [dy, dz]);
+        let slot = self.layout.slot(element) as i64 + i64::from(dx) * self.layout.lanes as i64;
+        let e = self.layout.element[slot as usize];
+        let node = to * self.row_nodes() + e as usize;
+        (to < self.layout.rows() && e != NONE && self.stencil[node] > 0).then_some(node)
+    }
+
+    /// A bit for every half bond that has both ends.
+    fn connect(&mut self) {
+        let (layout, half, words, n) = (self.layout.clone(), &self.half, self.words, self.row_nodes());
+        let (stencil, bonds) = (&self.stencil, self.half.bonds / 2);
+        let rows = &mut self.bits.slice_mut()[..layout.rows() * words * layout.slots];
+        rows.par_chunks_mut(words * layout.slots).enumerate().for_each(|(row, bits)| {
+            for p in 0..half.len() {
+                let [dx, dy, dz] = half.offset[p];
+                let to = layout.row_at(row, [dy, dz]);
+                if to == layout.rows() {
+                    continue;
+                }
+                let (word, bit) = bit_of::<T::Word>(half.full[p], bonds);
+                for e in 0..n {
+                    let slot = layout.slot(e);
+                    let other = layout.element[(slot as i64 + i64::from(dx) * layout.lanes as i64) as usize];
+                    if other != NONE && stencil[row * n + e] > 0 && stencil[to * n + other as usize] > 0 {
+                        bits[word * layout.slots + slot] |= bit;
+                    }
+                }
+            }
+            bits.chunks_exact_mut(layout.slots).for_each(|word| layout.refresh(word));
+        });
+    }
+
+    /// Bulk nodes by vector, special ones in a list.
+    fn sort_nodes(&mut self) {
+        let n = self.row_nodes();
+        let (layout, one) = (self.layout.clone(), self.stencils.len() == 1);
+        let is_special = |row: usize, e: usize, s: u16| {
+            !one && self.half.offset.iter().any(|&offset| {
+                [offset, offset.map(|x| -x)]
+                    .into_iter()
+                    .any(|offset| self.node_at(row, e, offset).is_some_and(|other| self.stencil[other] != s))
+            })
+        };
+        let special: Vec<Vec<u32>> = (0..layout.rows())
+            .into_par_iter()
+            .map(|row| {
+                let here = |&e: &usize| self.stencil[row * n + e] > 0 && is_special(row, e, self.stencil[row * n + e]);
+                (0..n).filter(here).map(|e| (row * n + e) as u32).collect()
+            })
+            .collect();
+        let mut places: HashMap<Mixture, u32> = HashMap::new();
+        self.special_from.push(0);
+        for (row, special) in special.into_iter().enumerate() {
+            for j in 0..layout.length {
+                let mut lanes = [0; MOST_LANES];
+                for (lane, to) in lanes.iter_mut().enumerate().take(layout.lanes) {
+                    let e = lane * layout.length + j;
+                    if e < n && special.binary_search(&((row * n + e) as u32)).is_err() {
+                        *to = self.stencil[row * n + e];
+                    }
+                }
+                if let Some(some) = lanes.into_iter().find(|&s| s > 0) {
+                    let mixture = Mixture(lanes.map(|s| if s > 0 { s } else { some }));
+                    let next = self.mixtures.len() as u32 + 1;
+                    let place = *places.entry(mixture).or_insert(next);
+                    if place == next {
+                        self.mixtures.push(mixture);
+                    }
+                    self.mixture[row * layout.length + j] = place;
+                }
+            }
+            self.special.extend(special);
+            self.special_from.push(self.special.len() as u32);
+        }
+    }
+
+    /// Whether a node is in the list of special ones.
+    pub(super) fn is_special(&self, node: usize) -> bool {
+        let row = node / self.row_nodes();
+        let range = self.special_from[row] as usize..self.special_from[row + 1] as usize;
+        self.special[range].binary_search(&(node as u32)).is_ok()
+    }
+
+    /// Vectors all bonds of whose bulk lanes are there.
+    pub(super) fn find_whole(&mut self) {
+        let (n, layout) = (self.row_nodes(), &self.layout);
+        let whole: Vec<bool> = (0..layout.rows() * layout.length)
+            .into_par_iter()
+            .map(|vector| {
+                let (row, j) = (vector / layout.length, vector % layout.length);
+                (0..layout.lanes)
+                    .map(|lane| lane * layout.length + j)
+                    .filter(|&e| e < n && self.stencil[row * n + e] > 0)
+                    .all(|e| self.is_special(row * n + e) || self.degree(row, e) == self.half.bonds)
+            })
+            .collect();
+        self.whole = whole;
+    }
+
+    /// Number of unbroken bonds of an element of a row.
+    pub(super) fn degree(&self, row: usize, element: usize) -> usize {
+        let own: u32 = (0..self.words).map(|word| self.word(row, word, self.layout.slot(element)).ones()).sum();
+        let others = (0..self.half.len()).filter(|&p| self.opposite_bit(row, element, p)).count();
+        own as usize + others
+    }
+
+    /// A word of bits.
+    #[inline]
+    fn word(&self, row: usize, word: usize, slot: usize) -> T::Word {
+        self.bits.slice()[(row * self.words + word) * self.layout.slots + slot]
+    }
+
+    /// Whether half bond p of an element is unbroken.
+    #[inline]
+    pub(super) fn own_bit(&self, row: usize, element: usize, p: usize) -> bool {
+        let (word, bit) = bit_of::<T::Word>(self.half.full[p], self.half.bonds / 2);
+        self.word(row, word, self.layout.slot(element)) & bit != T::Word::default()
+    }
+
+    /// Whether the bond at −ξ of half bond p, a half bond of the node there, is unbroken.
+    #[inline]
+    pub(super) fn opposite_bit(&self, row: usize, element: usize, p: usize) -> bool {
+        let [dx, dy, dz] = self.half.offset[p];
+        let (word, bit) = bit_of::<T::Word>(self.half.full[p], self.half.bonds / 2);
+        let slot = self.layout.slot(element) as i64 - i64::from(dx) * self.layout.lanes as i64;
+        self.word(self.layout.row_at(row, [-dy, -dz]), word, slot as usize) & bit != T::Word::default()
+    }
+
+    /// Break half bonds p of nodes.
+    pub(super) fn clear(&mut self, broken: impl IntoIterator<Item = (usize, usize)>) {
+        let (n, layout) = (self.row_nodes(), self.layout.clone());
+        for (node, p) in broken {
+            let (row, e) = (node / n, node % n);
+            let (word, bit) = bit_of::<T::Word>(self.half.full[p], self.half.bonds / 2);
+            let from = (row * self.words + word) * layout.slots;
+            for &slot in layout.copies(e) {
+                self.bits.slice_mut()[from + slot as usize] &= !bit;
+            }
+            self.whole[row * layout.length + e % layout.length] = false;
+            if let Some(other) = self.node_at(row, e, self.half.offset[p]) {
+                self.whole[other / n * layout.length + other % n % layout.length] = false;
+            }
+        }
+    }
+}
+
+fn check(
+    set: InstructionSet,
+    body: &Body,
+    neighbourhood: &Neighbourhood,
+    stencil: &[u16],
+    stencils: &[Stencil],
+) -> Result<()> {
+    if !set.available() {
+        return Err(Error::input(format!("this machine has no {set:?}"), "use InstructionSet::best()"));
+    }
+    let (spacing, expected) = (body.grid.spacing, neighbourhood.spacing());
+    if (spacing - expected).abs() > 1e-12 * expected {
+        return Err(Error::input(
+            format!("the grid's spacing is {spacing} m, the neighbourhood's {expected} m"),
+            "build both with the same spacing",
+        ));
+    }
+    if (neighbourhood.orientation() - Matrix3::identity()).norm() > 1e-12 {
+        return Err(Error::input("the neighbourhood is turned against the grid", "turn the material instead"));
+    }
+    if stencil.len() != body.grid.len() || body.region.len() != body.grid.len() {
+        return Err(Error::input(
+            format!("{} stencils and {} regions for {} nodes", stencil.len(), body.region.len(), body.grid.len()),
+            "give one per node of the grid",
+        ));
+    }
+    let wrong = |&i: &usize| usize::from(stencil[i]) > stencils.len() || (stencil[i] > 0) != body.has(i);
+    if let Some(i) = (0..stencil.len()).find(wrong) {
+        return Err(Error::input(
+            format!("node {i} of region {} has stencil {} of {}", body.region[i], stencil[i], stencils.len()),
+            "give nodes of the body a stencil from 1 on, others 0",
+        ));
+    }
+    let half = neighbourhood.bonds().len() / 2;
+    if half > MOST_HALF_BONDS {
+        return Err(Error::input(
+            format!("{half} bonds per node, each counted once"),
+            format!("use a horizon of at most {MOST_HALF_BONDS} such bonds (ratio 7)"),
+        ));
+    }
+    stencils.iter().try_for_each(|s| s.check(neighbourhood.bonds().len()))
+}

@@ -1,0 +1,244 @@
+//! The kernels of bulk vectors: all lanes have whole stencils, though perhaps not the same, and every bond of a lane's
+//! node goes to a node of the same stencil or to none.
+//!
+//! Neighbours at +ξ and −ξ are taken together; a few positions of a row share the loads of a bond's constants.
+
+use super::lanes::Lanes;
+use super::law::{Constants, bond};
+use super::real::{Real, Word};
+use super::stencil::Lane;
+use super::sweep::{TOGETHER, TOGETHER_SINGLE};
+
+/// What the kernels read of a row. Offsets count numbers (words) from the begin of all displacements (bits), to
+/// position 0, lane 0 of a row's first component.
+pub struct RowView<'a, T: Real> {
+    /// Displacements.
+    pub u: *const T,
+    /// Bits of half bonds.
+    pub bits: *const T::Word,
+    /// Slots of a row, the distance of components and of words.
+    pub slots: usize,
+    /// The row itself, in displacements.
+    pub own: usize,
+    /// By half bond: nodes at +ξ.
+    pub plus: &'a [usize],
+    /// By half bond: nodes at −ξ.
+    pub minus: &'a [usize],
+    /// By half bond: the word of the node's own bit.
+    pub own_bits: &'a [usize],
+    /// By half bond: the word of the bit of the node at −ξ.
+    pub minus_bits: &'a [usize],
+    /// By half bond: the bit in both.
+    pub bit: &'a [T::Word],
+    /// Ranges of half bonds by pattern of components.
+    pub patterns: &'a [(u8, std::ops::Range<usize>)],
+}
+
+/// Constants of bonds as the kernels read them: of one stencil, or by lane.
+pub struct Coefficients<'a, T: Real> {
+    /// Constants that all stencils share, `shared` numbers per half bond.
+    pub shared: &'a [T],
+    /// Constants of the stencil: `own` numbers per half bond, or as many vectors.
+    pub own: &'a [T],
+}
+
+/// The displacements of J positions of a row from j on.
+#[inline(always)]
+unsafe fn displacements<L: Lanes, const J: usize>(row: &RowView<L::T>, j: usize) -> [[L; 3]; J] {
+    // SAFETY: the caller's contract: the row has positions j … j + J − 1, all slots of which exist.
+    std::array::from_fn(|jj| {
+        std::array::from_fn(|a| unsafe { L::load(row.u.add(row.own + a * row.slots + (j + jj) * L::N)) })
+    })
+}
+
+/// A number for all lanes, or a vector.
+#[inline(always)]
+unsafe fn number<L: Lanes, const UNIFORM: bool>(from: &[L::T], place: usize) -> L {
+    // SAFETY: the caller's contract: `from` holds that number, or vectors up to that one, aligned.
+    unsafe {
+        match UNIFORM {
+            true => L::splat(*from.get_unchecked(place)),
+            false => L::load(from.as_ptr().add(place * L::N)),
+        }
+    }
+}
+
+/// Linear forces f = Σ k n (n·(u₊ + u₋ − 2u)) of some positions from j on, written to `out`. With bits, absent and broken bonds are left out: f = Σ k n (n·(b₊(u₊ − u) + b₋(u₋ − u))).
+///
+/// `coefficients.shared` holds n, `own` holds k n.
+///
+/// # Safety
+/// As [`Lanes`]; all offsets of the row are valid, for positions up to j + TOGETHER − 1.
+#[inline(always)]
+pub unsafe fn linear<L: Lanes, const UNIFORM: bool, const MASKED: bool>(
+    row: &RowView<L::T>,
+    coefficients: &Coefficients<L::T>,
+    j: usize,
+    out: &mut [[Lane<L::T>; 3]; TOGETHER],
+) {
+    // SAFETY: the caller's contract.
+    unsafe {
+        let u = displacements::<L, TOGETHER>(row, j);
+        let centre = if MASKED { u } else { u.map(|u| u.map(|u| u.add(u))) };
+        let mut f = [[L::splat(L::T::default()); 3]; TOGETHER];
+        if MASKED || !UNIFORM {
+            let all = 0..row.plus.len();
+            part::<L, UNIFORM, MASKED, true, true, true>(row, coefficients, all, j, &centre, &mut f);
+        } else {
+            for (pattern, range) in row.patterns {
+                let range = range.clone();
+                match pattern {
+                    1 => part::<L, UNIFORM, MASKED, true, false, false>(row, coefficients, range, j, &centre, &mut f),
+                    2 => part::<L, UNIFORM, MASKED, false, true, false>(row, coefficients, range, j, &centre, &mut f),
+                    3 => part::<L, UNIFORM, MASKED, true, true, false>(row, coefficients, range, j, &centre, &mut f),
+                    4 => part::<L, UNIFORM, MASKED, false, false, true>(row, coefficients, range, j, &centre, &mut f),
+                    5 => part::<L, UNIFORM, MASKED, true, false, true>(row, coefficients, range, j, &centre, &mut f),
+                    6 => part::<L, UNIFORM, MASKED, false, true, true>(row, coefficients, range, j, &centre, &mut f),
+                    _ => part::<L, UNIFORM, MASKED, true, true, true>(row, coefficients, range, j, &centre, &mut f),
+                }
+            }
+        }
+        write(&f, out);
+    }
+}
+
+/// Vectors to memory.
+#[inline(always)]
+unsafe fn write<L: Lanes, const J: usize>(f: &[[L; 3]; J], out: &mut [[Lane<L::T>; 3]; TOGETHER]) {
+    for (f, out) in f.iter().zip(out) {
+        for (f, out) in f.iter().zip(out) {
+            // SAFETY: aligned, and as long as the widest vector.
+            unsafe { f.store(out.0.as_mut_ptr()) };
+        }
+    }
+}
+
+/// The bonds of one pattern: components of n that are zero are not read.
+#[inline(always)]
+unsafe fn part<L: Lanes, const UNIFORM: bool, const MASKED: bool, const X: bool, const Y: bool, const Z: bool>(
+    row: &RowView<L::T>,
+    coefficients: &Coefficients<L::T>,
+    range: std::ops::Range<usize>,
+    j: usize,
+    centre: &[[L; 3]; TOGETHER],
+    f: &mut [[L; 3]; TOGETHER],
+) {
+    let used = [X, Y, Z];
+    // SAFETY: the caller's contract.
+    unsafe {
+        let zero = L::splat(L::T::default());
+        for p in range {
+            let plus = row.u.add(row.plus.get_unchecked(p) + j * L::N);
+            let minus = row.u.add(row.minus.get_unchecked(p) + j * L::N);
+            let mut n = [zero; 3];
+            let mut kn = [zero; 3];
+            for a in 0..3 {
+                if used[a] {
+                    n[a] = number::<L, true>(coefficients.shared, 3 * p + a);
+                    kn[a] = number::<L, UNIFORM>(coefficients.own, 3 * p + a);
+                }
+            }
+            for jj in 0..TOGETHER {
+                let at = jj * L::N;
+                let (mut here, mut there) = (None, None);
+                if MASKED {
+                    let bit = L::splat_word(*row.bit.get_unchecked(p));
+                    let own = row.bits.add(row.own_bits.get_unchecked(p) + j * L::N + at);
+                    let other = row.bits.add(row.minus_bits.get_unchecked(p) + j * L::N + at);
+                    here = Some(L::common(L::words(own), bit));
+                    there = Some(L::common(L::words(other), bit));
+                }
+                // −n·(u₊ + u₋ − 2u): the differences are formed before anything is summed, so that a rigid translation
+                // costs nothing exactly.
+                let mut stretch: Option<L> = None;
+                for a in 0..3 {
+                    if used[a] {
+                        let (up, um) = (L::load(plus.add(a * row.slots + at)), L::load(minus.add(a * row.slots + at)));
+                        let r = match (here, there) {
+                            (Some(here), Some(there)) => {
+                                centre[jj][a].sub(up).keep(here).add(centre[jj][a].sub(um).keep(there))
+                            }
+                            _ => centre[jj][a].sub(up).sub(um),
+                        };
+                        stretch = Some(match stretch {
+                            None => n[a].mul(r),
+                            Some(sum) => n[a].mul_add(r, sum),
+                        });
+                    }
+                }
+                if let Some(stretch) = stretch {
+                    for a in 0..3 {
+                        if used[a] {
+                            f[jj][a] = kn[a].neg_mul_add(stretch, f[jj][a]);
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Forces of some positions from j on with every bond on its own, because it may break or turns: linear or finite.
+/// `broken(p, jj, lanes)` is told the half bonds p, from the node on, that break now, as bits of lanes.
+///
+/// `coefficients.shared` holds n or ξ, and 1/|ξ|²; `own` holds k and the threshold.
+///
+/// # Safety
+/// As [`linear`].
+#[inline(always)]
+pub unsafe fn single<L: Lanes, const UNIFORM: bool, const MASKED: bool, const FINITE: bool>(
+    row: &RowView<L::T>,
+    coefficients: &Coefficients<L::T>,
+    j: usize,
+    out: &mut [[Lane<L::T>; 3]; TOGETHER],
+    mut broken: impl FnMut(usize, usize, u32),
+) {
+    // SAFETY: the caller's contract.
+    unsafe {
+        let u = displacements::<L, TOGETHER_SINGLE>(row, j);
+        let mut f = [[L::splat(L::T::default()); 3]; TOGETHER_SINGLE];
+        for p in 0..row.plus.len() {
+            let plus = row.u.add(row.plus.get_unchecked(p) + j * L::N);
+            let minus = row.u.add(row.minus.get_unchecked(p) + j * L::N);
+            let constants = Constants {
+                branch: [0, 1, 2].map(|a| number::<L, true>(coefficients.shared, 4 * p + a)),
+                per_square: number::<L, true>(coefficients.shared, 4 * p + 3),
+                stiffness: number::<L, UNIFORM>(coefficients.own, 2 * p),
+            };
+            let threshold = number::<L, UNIFORM>(coefficients.own, 2 * p + 1);
+            for jj in 0..TOGETHER_SINGLE {
+                let at = jj * L::N;
+                // The bond at −ξ is seen from its other end: the same numbers there and here.
+                let there = [0, 1, 2].map(|a| L::load(plus.add(a * row.slots + at)).sub(u[jj][a]));
+                let here = [0, 1, 2].map(|a| u[jj][a].sub(L::load(minus.add(a * row.slots + at))));
+                let (measure_plus, to_plus, mut pull_plus) = bond::<L, FINITE>(&there, &constants);
+                let (measure_minus, to_minus, mut pull_minus) = bond::<L, FINITE>(&here, &constants);
+                if MASKED {
+                    let bit = L::splat_word(*row.bit.get_unchecked(p));
+                    let own = L::words(row.bits.add(row.own_bits.get_unchecked(p) + j * L::N + at));
+                    let other = L::words(row.bits.add(row.minus_bits.get_unchecked(p) + j * L::N + at));
+                    pull_plus = pull_plus.keep(L::common(own, bit));
+                    pull_minus = pull_minus.keep(L::common(other, bit));
+                }
+                let (over_plus, over_minus) = (measure_plus.above(threshold), measure_minus.above(threshold));
+                if L::bits(over_plus) | L::bits(over_minus) != 0 {
+                    // Broken before or absent: without force already, and the bits say so to whoever keeps count.
+                    pull_plus = pull_plus.keep(L::but_not(L::mask(u32::MAX), over_plus));
+                    pull_minus = pull_minus.keep(L::but_not(L::mask(u32::MAX), over_minus));
+                    broken(p, jj, L::bits(over_plus));
+                }
+                for a in 0..3 {
+                    f[jj][a] = pull_plus.mul_add(to_plus[a], f[jj][a]);
+                    f[jj][a] = pull_minus.neg_mul_add(to_minus[a], f[jj][a]);
+                }
+            }
+        }
+        write(&f, out);
+    }
+}
+
+/// Bits set in a word of bits by half bond p.
+pub fn bit_of<W: Word>(full: usize, half: usize) -> (usize, W) {
+    let place = full - half;
+    (place / W::BITS, W::bit(place % W::BITS))
+}

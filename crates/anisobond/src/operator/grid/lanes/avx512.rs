@@ -1,0 +1,161 @@
+//! AVX-512: 8 numbers of f64, 16 of f32, masks in registers of their own.
+
+use std::arch::x86_64::*;
+
+use super::Lanes;
+
+/// A register of numbers.
+#[derive(Clone, Copy)]
+pub struct Avx512<T: Register>(T::Register);
+
+/// The register of a number type.
+pub trait Register {
+    /// The register.
+    type Register: Copy;
+}
+
+impl Register for f64 {
+    type Register = __m512d;
+}
+
+impl Register for f32 {
+    type Register = __m512;
+}
+
+macro_rules! avx512 {
+    ($real:ty, $word:ty, $n:literal, $mask:ty, $integer:ty, $set:ident, $load:ident, $store:ident, $add:ident, $sub:ident,
+     $mul:ident, $div:ident, $sqrt:ident, $fmadd:ident, $fnmadd:ident, $cmp:ident, $mov:ident, $loadi:ident, $seti:ident,
+     $test:ident) => {
+        // SAFETY of all functions: the caller has AVX-512 F, DQ, BW and VL and aligned valid pointers, by the trait's
+        // contract; that is all the intrinsics need.
+        impl Lanes for Avx512<$real> {
+            type T = $real;
+            type Mask = $mask;
+            type Words = __m512i;
+            const N: usize = $n;
+
+            #[inline(always)]
+            unsafe fn splat(x: $real) -> Self {
+                Avx512(unsafe { $set(x) })
+            }
+            #[inline(always)]
+            unsafe fn load(from: *const $real) -> Self {
+                Avx512(unsafe { $load(from) })
+            }
+            #[inline(always)]
+            unsafe fn store(self, to: *mut $real) {
+                unsafe { $store(to, self.0) }
+            }
+            #[inline(always)]
+            unsafe fn add(self, b: Self) -> Self {
+                Avx512(unsafe { $add(self.0, b.0) })
+            }
+            #[inline(always)]
+            unsafe fn sub(self, b: Self) -> Self {
+                Avx512(unsafe { $sub(self.0, b.0) })
+            }
+            #[inline(always)]
+            unsafe fn mul(self, b: Self) -> Self {
+                Avx512(unsafe { $mul(self.0, b.0) })
+            }
+            #[inline(always)]
+            unsafe fn div(self, b: Self) -> Self {
+                Avx512(unsafe { $div(self.0, b.0) })
+            }
+            #[inline(always)]
+            unsafe fn sqrt(self) -> Self {
+                Avx512(unsafe { $sqrt(self.0) })
+            }
+            #[inline(always)]
+            unsafe fn mul_add(self, b: Self, c: Self) -> Self {
+                Avx512(unsafe { $fmadd(self.0, b.0, c.0) })
+            }
+            #[inline(always)]
+            unsafe fn neg_mul_add(self, b: Self, c: Self) -> Self {
+                Avx512(unsafe { $fnmadd(self.0, b.0, c.0) })
+            }
+            #[inline(always)]
+            unsafe fn above(self, b: Self) -> Self::Mask {
+                unsafe { $cmp::<_CMP_GT_OQ>(self.0, b.0) }
+            }
+            #[inline(always)]
+            unsafe fn keep(self, mask: Self::Mask) -> Self {
+                Avx512(unsafe { $mov(mask, self.0) })
+            }
+            #[inline(always)]
+            unsafe fn words(from: *const $word) -> Self::Words {
+                unsafe { $loadi(from.cast()) }
+            }
+            #[inline(always)]
+            unsafe fn splat_word(word: $word) -> Self::Words {
+                unsafe { $seti(word as $integer) }
+            }
+            #[inline(always)]
+            unsafe fn common(a: Self::Words, b: Self::Words) -> Self::Mask {
+                unsafe { $test(a, b) }
+            }
+            #[inline(always)]
+            unsafe fn both(a: Self::Mask, b: Self::Mask) -> Self::Mask {
+                a & b
+            }
+            #[inline(always)]
+            unsafe fn but_not(a: Self::Mask, b: Self::Mask) -> Self::Mask {
+                a & !b
+            }
+            #[inline(always)]
+            unsafe fn bits(mask: Self::Mask) -> u32 {
+                u32::from(mask)
+            }
+            #[inline(always)]
+            unsafe fn mask(bits: u32) -> Self::Mask {
+                bits as $mask
+            }
+        }
+    };
+}
+
+avx512!(
+    f64,
+    u64,
+    8,
+    __mmask8,
+    i64,
+    _mm512_set1_pd,
+    _mm512_load_pd,
+    _mm512_store_pd,
+    _mm512_add_pd,
+    _mm512_sub_pd,
+    _mm512_mul_pd,
+    _mm512_div_pd,
+    _mm512_sqrt_pd,
+    _mm512_fmadd_pd,
+    _mm512_fnmadd_pd,
+    _mm512_cmp_pd_mask,
+    _mm512_maskz_mov_pd,
+    _mm512_load_si512,
+    _mm512_set1_epi64,
+    _mm512_test_epi64_mask
+);
+
+avx512!(
+    f32,
+    u32,
+    16,
+    __mmask16,
+    i32,
+    _mm512_set1_ps,
+    _mm512_load_ps,
+    _mm512_store_ps,
+    _mm512_add_ps,
+    _mm512_sub_ps,
+    _mm512_mul_ps,
+    _mm512_div_ps,
+    _mm512_sqrt_ps,
+    _mm512_fmadd_ps,
+    _mm512_fnmadd_ps,
+    _mm512_cmp_ps_mask,
+    _mm512_maskz_mov_ps,
+    _mm512_load_si512,
+    _mm512_set1_epi32,
+    _mm512_test_epi32_mask
+);

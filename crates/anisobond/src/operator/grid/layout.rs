@@ -1,0 +1,172 @@
+//! Where a grid's nodes are in the kernels' memory.
+//!
+//! A row of n₁ nodes is cut into W parts of length L = ⌈n₁/W⌉ (at least
+//! as long as kernels take it together), one per lane of a vector: lane l holds elements l·L … l·L + L − 1.
+//! Slot (j, l) holds element l·L + j, for −m ≤ j < L + m with m the reach of the neighbourhood along the row; slots of
+//! positions j < 0 and j ≥ L repeat the neighbouring lanes (or the other end of a periodic row, or hold zero). The
+//! neighbours at an offset of all elements of a vector are then one aligned vector, of position j + offset of another row.
+
+use super::sweep::TOGETHER;
+use crate::lattice::Grid;
+
+/// No element, or no row.
+pub const NONE: u32 = u32::MAX;
+
+/// Where nodes are.
+#[derive(Debug)]
+pub struct Layout {
+    /// Nodes along each axis.
+    pub nodes: [usize; 3],
+    /// W.
+    pub lanes: usize,
+    /// L.
+    pub length: usize,
+    /// Reach of the neighbourhood along each axis.
+    pub reach: [usize; 3],
+    /// Slots of a row: (L + 2m) W.
+    pub slots: usize,
+    /// Element of each slot of a row, [`NONE`] beyond a free end.
+    pub element: Vec<u32>,
+    /// Slots of each element of a row, its own first: `copies[first[e]..first[e + 1]]`.
+    copies: Vec<u32>,
+    first: Vec<u32>,
+    /// Place along the second and third axis after wrapping, for −reach ≤ place < n + reach; [`NONE`] outside.
+    wrapped: [Vec<u32>; 2],
+}
+
+impl Layout {
+    /// The layout of a grid for vectors of so many lanes.
+    pub fn new(grid: &Grid, reach: [usize; 3], lanes: usize) -> Self {
+        let nodes = grid.nodes;
+        let length = nodes[0].div_ceil(lanes).max(TOGETHER);
+        let slots = (length + 2 * reach[0]) * lanes;
+        let wrap = |at: i64, axis: usize| match grid.periodic[axis] {
+            true => at.rem_euclid(nodes[axis] as i64) as u32,
+            false if (0..nodes[axis] as i64).contains(&at) => at as u32,
+            false => NONE,
+        };
+        let element: Vec<u32> =
+            (0..slots).map(|slot| wrap((slot % lanes * length + slot / lanes) as i64 - reach[0] as i64, 0)).collect();
+        let wrapped = [1, 2].map(|axis| {
+            (0..nodes[axis] + 2 * reach[axis]).map(|at| wrap(at as i64 - reach[axis] as i64, axis)).collect()
+        });
+        let mut layout =
+            Layout { nodes, lanes, length, reach, slots, element, copies: vec![], first: vec![0], wrapped };
+        for e in 0..nodes[0] {
+            let own = layout.slot(e);
+            layout.copies.push(own as u32);
+            let others = (0..slots).filter(|&s| s != own && layout.element[s] == e as u32);
+            layout.copies.extend(others.map(|s| s as u32));
+            layout.first.push(layout.copies.len() as u32);
+        }
+        layout
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.nodes[1] * self.nodes[2]
+    }
+
+    /// The own slot of an element of a row.
+    pub fn slot(&self, element: usize) -> usize {
+        (element % self.length + self.reach[0]) * self.lanes + element / self.length
+    }
+
+    /// All slots of an element, its own first.
+    pub fn copies(&self, element: usize) -> &[u32] {
+        &self.copies[self.first[element] as usize..self.first[element + 1] as usize]
+    }
+
+    /// The row at an offset along the second and third axis from a row; outside the grid the row of zeros, which is
+    /// stored behind all others.
+    pub fn row_at(&self, row: usize, [dy, dz]: [i32; 2]) -> usize {
+        let at = |place: usize, offset: i32, axis: usize| {
+            self.wrapped[axis - 1][(place as i64 + i64::from(offset) + self.reach[axis] as i64) as usize]
+        };
+        let [_, n2, _] = self.nodes;
+        match (at(row % n2, dy, 1), at(row / n2, dz, 2)) {
+            (NONE, _) | (_, NONE) => self.rows(),
+            (y, z) => y as usize + n2 * z as usize,
+        }
+    }
+
+    /// Fill the copies of a row's elements from their own slots; slots of no element become zero.
+    pub fn refresh<T: Copy + Default>(&self, row: &mut [T]) {
+        for e in 0..self.nodes[0] {
+            if let [own, others @ ..] = self.copies(e) {
+                let value = row[*own as usize];
+                for &slot in others {
+                    row[slot as usize] = value;
+                }
+            }
+        }
+    }
+
+    /// Write a row's elements, given in natural order, to all their slots.
+    pub fn spread<T: Copy>(&self, natural: &[T], row: &mut [T]) {
+        for (to, &e) in row.iter_mut().zip(&self.element) {
+            if e != NONE {
+                *to = natural[e as usize];
+            }
+        }
+    }
+
+    /// Read a row's elements in natural order from a block of L·W slots without copies.
+    pub fn collect<T: Copy>(&self, block: &[T], natural: &mut [T]) {
+        for (lane, part) in natural.chunks_mut(self.length).enumerate() {
+            for (j, to) in part.iter_mut().enumerate() {
+                *to = block[j * self.lanes + lane];
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+
+    fn layout(nodes: [usize; 3], reach: usize, lanes: usize, periodic: bool) -> Layout {
+        let grid = Grid::new(nodes, 1.0, Vector3::zeros(), [periodic; 3]).unwrap();
+        Layout::new(&grid, [reach; 3], lanes)
+    }
+
+    #[test]
+    fn neighbours_along_a_row_are_whole_vectors_apart() {
+        for periodic in [false, true] {
+            for (n, reach, lanes) in [(1, 3, 4), (5, 1, 8), (9, 3, 8), (16, 2, 8), (17, 4, 16), (64, 3, 8)] {
+                let layout = layout([n, 3, 2], reach, lanes, periodic);
+                for e in 0..n {
+                    for d in -(reach as i64)..=reach as i64 {
+                        let slot = layout.slot(e) as i64 + d * lanes as i64;
+                        let to = e as i64 + d;
+                        let expected = match periodic {
+                            true => to.rem_euclid(n as i64) as u32,
+                            false if (0..n as i64).contains(&to) => to as u32,
+                            false => NONE,
+                        };
+                        assert_eq!(layout.element[slot as usize], expected, "{n} {reach} {lanes}: {e} {d}");
+                    }
+                    assert!(layout.copies(e).iter().all(|&s| layout.element[s as usize] == e as u32));
+                }
+                let numbers: Vec<u32> = (0..n as u32).collect();
+                let mut row = vec![NONE; layout.slots];
+                layout.spread(&numbers, &mut row);
+                assert_eq!(row, layout.element);
+                let inner = &row[reach * lanes..(reach + layout.length) * lanes];
+                let mut back = vec![0; n];
+                layout.collect(inner, &mut back);
+                assert_eq!(back, numbers);
+            }
+        }
+    }
+
+    #[test]
+    fn rows_wrap_or_end() {
+        let (free, periodic) = (layout([4, 3, 2], 3, 4, false), layout([4, 3, 2], 3, 4, true));
+        assert_eq!(free.row_at(1, [1, 1]), 5);
+        assert_eq!(free.row_at(1, [-2, 0]), 6);
+        assert_eq!(periodic.row_at(1, [-2, 0]), 2);
+        assert_eq!(periodic.row_at(0, [-3, 3]), 3);
+    }
+}

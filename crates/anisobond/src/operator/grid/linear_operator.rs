@@ -1,0 +1,89 @@
+//! Bonds as the operator that solvers of equilibrium see.
+
+use nalgebra::Matrix3;
+
+use super::build::GridBonds;
+use super::padded::Padded;
+use super::real::Real;
+use super::stencil::outer;
+use crate::lattice::Body;
+use crate::operator::{GridOperator, Kinematics, VectorField};
+use crate::tensor::Stiffness;
+
+impl<T: Real> GridOperator for GridBonds<T> {
+    fn body(&self) -> &Body {
+        &self.body
+    }
+
+    fn forces(&self, u: &VectorField, f: &mut VectorField) {
+        // Kept between calls, because its memory is as large as the field's; a second caller at once makes its own.
+        let kept = self.scratch.lock().ok().and_then(|mut scratch| scratch.take());
+        let mut padded: Padded<T> = kept.unwrap_or_else(|| self.padded());
+        padded.set(u);
+        let [x, y, z] = &mut f.components;
+        self.sweep(&padded, Kinematics::Linear, [x, y, z], |_, from, to| {
+            for (to, from) in to.into_iter().zip(from) {
+                for (to, &from) in to.iter_mut().zip(from) {
+                    *to = from.f64();
+                }
+            }
+        });
+        if let Ok(mut scratch) = self.scratch.lock() {
+            *scratch = Some(padded);
+        }
+    }
+
+    fn diagonal_block(&self, node: usize) -> Matrix3<f64> {
+        let mut block = Matrix3::zeros();
+        self.for_bonds(node, |xi, k, own| {
+            // A bond to the node's own image never stretches.
+            if !own {
+                block += k * outer(&xi.normalize());
+            }
+        });
+        block
+    }
+
+    fn bulk_stiffness(&self, region: u16) -> Stiffness {
+        let mut count = vec![0usize; self.stencils.len()];
+        for (&s, _) in self.stencil.iter().zip(&self.body.region).filter(|(s, r)| **s > 0 && **r == region) {
+            count[usize::from(s) - 1] += 1;
+        }
+        let most = (0..count.len()).max_by_key(|&s| count[s]).unwrap_or(0);
+        let xi: Vec<_> = self.neighbourhood.bonds().iter().map(|b| b.xi).collect();
+        self.stencils[most].bulk(&xi, self.body.grid.spacing.powi(3))
+    }
+
+    fn wholeness(&self, node: usize) -> f64 {
+        let s = self.stencil[node];
+        if s == 0 {
+            return 0.0;
+        }
+        let all: f64 = self.stencils[usize::from(s) - 1].stiffness.iter().map(|k| k.abs()).sum();
+        let mut here = 0.0;
+        self.for_bonds(node, |_, k, _| here += k.abs());
+        if all > 0.0 { (here / all).min(1.0) } else { 0.0 }
+    }
+}
+
+impl<T: Real> GridBonds<T> {
+    /// Visit the unbroken bonds of a node: ξ (m, to the other end or from it), k (N/m), whether the other end is the
+    /// node itself.
+    pub(super) fn for_bonds(&self, node: usize, mut visit: impl FnMut(&nalgebra::Vector3<f64>, f64, bool)) {
+        let (row, e, bonds) = (node / self.row_nodes(), node % self.row_nodes(), self.half.bonds);
+        for p in 0..self.half.len() {
+            for ahead in [true, false] {
+                let unbroken = if ahead { self.own_bit(row, e, p) } else { self.opposite_bit(row, e, p) };
+                let offset = if ahead { self.half.offset[p] } else { self.half.offset[p].map(|x| -x) };
+                if let Some(other) = self.node_at(row, e, offset).filter(|_| unbroken) {
+                    let (first, second) = if ahead { (node, other) } else { (other, node) };
+                    let b = self.half.full[p];
+                    let of =
+                        |node: usize, bond: usize| self.stencils[usize::from(self.stencil[node]) - 1].stiffness[bond];
+                    let k = 0.5 * (of(first, b) + of(second, bonds - 1 - b));
+                    visit(&self.half.xi[p], k, other == node);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! What is asked of a state beside its forces: energy, stress, damage; and cuts.
+
+use nalgebra::{Matrix3, Vector3};
+use rayon::prelude::*;
+
+use super::build::GridBonds;
+use super::padded::Padded;
+use super::real::Real;
+use crate::operator::Kinematics;
+
+/// The state of a node; a bond's energy and stress are shared equally by its ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NodeState {
+    /// Strain energy (J).
+    pub energy: f64,
+    /// Virial stress ½ Σ f⊗(ξ or ξ+η) / ΔV (Pa).
+    pub stress: Matrix3<f64>,
+}
+
+impl<T: Real> GridBonds<T> {
+    /// Energy and stress of every node; zero where there is none.
+    pub fn node_states(&self, u: &Padded<T>, kinematics: Kinematics) -> Vec<NodeState> {
+        (0..self.stencil.len())
+            .into_par_iter()
+            .with_min_len(64)
+            .map(|node| self.node_state(u, kinematics, node))
+            .collect()
+    }
+
+    /// Strain energy (J), summed by rows in their order.
+    pub fn energy(&self, u: &Padded<T>, kinematics: Kinematics) -> f64 {
+        let n = self.row_nodes();
+        let rows: Vec<f64> = (0..self.layout.rows())
+            .into_par_iter()
+            .map(|row| (row * n..(row + 1) * n).map(|node| self.node_state(u, kinematics, node).energy).sum())
+            .collect();
+        rows.iter().sum()
+    }
+
+    /// Share of each node's original bonds that are broken or cut (–); zero where there is no node.
+    pub fn damage(&self) -> Vec<f64> {
+        let n = self.row_nodes();
+        let of = |node: usize| {
+            if self.stencil[node] == 0 {
+                return 0.0;
+            }
+            let (row, e) = (node / n, node % n);
+            let ends = self.half.offset.iter().flat_map(|&offset| [offset, offset.map(|x| -x)]);
+            let original = ends.filter(|&offset| self.node_at(row, e, offset).is_some()).count();
+            if original == 0 { 0.0 } else { 1.0 - self.degree(row, e) as f64 / original as f64 }
+        };
+        (0..self.stencil.len()).into_par_iter().with_min_len(64).map(of).collect()
+    }
+
+    /// Cut every bond for which `cuts(p, q)` holds of its ends (m), from one end on; a bond through a periodic face ends
+    /// beyond it. Returns the number of bonds cut.
+    pub fn cut(&mut self, cuts: impl Fn(&Vector3<f64>, &Vector3<f64>) -> bool + Sync) -> usize {
+        let n = self.row_nodes();
+        let bonds = &*self;
+        let cut_of = |node: usize| {
+            let p = bonds.body.grid.position(node);
+            let passes = |h: &usize| bonds.own_bit(node / n, node % n, *h) && cuts(&p, &(p + bonds.half.xi[*h]));
+            (0..bonds.half.len()).filter(passes).map(|h| (node, h)).collect::<Vec<_>>()
+        };
+        let cut: Vec<(usize, usize)> =
+            (0..bonds.stencil.len()).into_par_iter().with_min_len(64).flat_map_iter(cut_of).collect();
+        self.clear(cut.iter().copied());
+        cut.len()
+    }
+
+    /// Energy (J) of half bond p of a node.
+    pub(super) fn bond_energy(&self, u: &Padded<T>, kinematics: Kinematics, node: usize, p: usize) -> f64 {
+        let n = self.row_nodes();
+        let found = self.bond_of(u, kinematics == Kinematics::Finite, node / n, node % n, p, true);
+        found.map_or(0.0, |found| {
+            let (elongation, _) = elongation(kinematics, &self.half.xi[p], &Vector3::from(found.eta.map(T::f64)));
+            0.5 * found.stiffness.f64() * elongation * elongation
+        })
+    }
+
+    fn node_state(&self, u: &Padded<T>, kinematics: Kinematics, node: usize) -> NodeState {
+        let mut state = NodeState { energy: 0.0, stress: Matrix3::zeros() };
+        let (row, e) = (node / self.row_nodes(), node % self.row_nodes());
+        for p in 0..self.half.len() {
+            for ahead in [true, false] {
+                if let Some(found) = self.bond_of(u, kinematics == Kinematics::Finite, row, e, p, ahead) {
+                    let eta = Vector3::from(found.eta.map(T::f64));
+                    let (elongation, to) = elongation(kinematics, &self.half.xi[p], &eta);
+                    let k = found.stiffness.f64();
+                    state.energy += 0.25 * k * elongation * elongation;
+                    state.stress += 0.5 * k * elongation / to.norm() * to * to.transpose();
+                }
+            }
+        }
+        state.stress /= self.body.grid.spacing.powi(3);
+        state
+    }
+}
+
+/// A bond's elongation (m) and the vector along which it pulls (m): linear n·η and ξ, finite |ξ+η| − |ξ| and ξ+η.
+pub(super) fn elongation(kinematics: Kinematics, xi: &Vector3<f64>, eta: &Vector3<f64>) -> (f64, Vector3<f64>) {
+    match kinematics {
+        Kinematics::Linear => (xi.dot(eta) / xi.norm(), *xi),
+        Kinematics::Finite => {
+            let to = xi + eta;
+            // (|ξ+η|² − |ξ|²)/(|ξ+η| + |ξ|), in which nothing cancels.
+            (eta.dot(&(to + xi)) / (to.norm() + xi.norm()), to)
+        }
+    }
+}

@@ -1,0 +1,28 @@
+//! Bonds of a body on a regular grid, without a bond list.
+//!
+//! A node's bonds are those of its stencil; of each only one bit is stored, whether it is unbroken. Bulk nodes, all of
+//! whose neighbours have the same stencil or are missing, are taken a vector at a time ([`kernels`]); the others one by one,
+//! with the mean of what both ends of a bond say ([`special`]).
+
+mod aligned;
+mod build;
+mod kernels;
+mod lanes;
+mod law;
+mod layout;
+mod linear_operator;
+mod measure;
+pub mod naive;
+mod padded;
+mod real;
+mod special;
+mod stencil;
+mod sweep;
+
+pub use build::GridBonds;
+pub use lanes::InstructionSet;
+pub use measure::NodeState;
+pub use padded::Padded;
+pub use real::{Real, Word};
+pub use stencil::Stencil;
+pub use sweep::{Broken, Law};

@@ -1,0 +1,88 @@
+//! The two storage types of the kernels.
+
+use std::fmt::Debug;
+use std::ops::{Add, AddAssign, BitAnd, BitAndAssign, BitOrAssign, Mul, Neg, Not, Sub};
+
+use super::aligned::Plain;
+use super::lanes::{Avx2, Avx512, Lanes, Portable};
+use super::sweep::{self, Event, Scratch, Task};
+
+/// A word of bond bits, as wide as a number, so that a vector of numbers has a vector of words.
+pub trait Word:
+    Plain + Debug + Default + PartialEq + BitAnd<Output = Self> + BitAndAssign + BitOrAssign + Not<Output = Self> + 'static
+{
+    /// Bits of a word.
+    const BITS: usize;
+    /// The word with one bit set.
+    fn bit(place: usize) -> Self;
+    /// Number of bits set.
+    fn ones(self) -> u32;
+}
+
+/// The storage type of displacements in the kernels: `f64` or `f32`.
+pub trait Real:
+    Plain
+    + Debug
+    + Default
+    + PartialEq
+    + PartialOrd
+    + Add<Output = Self>
+    + AddAssign
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Neg<Output = Self>
+    + 'static
+{
+    /// Words of bond bits.
+    type Word: Word;
+    /// Vectors of the instruction sets.
+    #[doc(hidden)]
+    type Avx512: Lanes<T = Self>;
+    #[doc(hidden)]
+    type Avx2: Lanes<T = Self>;
+    #[doc(hidden)]
+    type Portable: Lanes<T = Self>;
+    /// Forces of a row, compiled with this library.
+    #[doc(hidden)]
+    fn row(task: &Task<Self>, scratch: &mut Scratch<Self>, events: &mut Vec<Event>);
+    /// Rounded from f64.
+    fn of(x: f64) -> Self;
+    /// As f64.
+    fn f64(self) -> f64;
+}
+
+macro_rules! real {
+    ($real:ty, $word:ty, $narrow:literal) => {
+        impl Word for $word {
+            const BITS: usize = <$word>::BITS as usize;
+            #[inline(always)]
+            fn bit(place: usize) -> Self {
+                1 << place
+            }
+            #[inline(always)]
+            fn ones(self) -> u32 {
+                self.count_ones()
+            }
+        }
+        impl Real for $real {
+            type Word = $word;
+            type Avx512 = Avx512<$real>;
+            type Avx2 = Avx2<$real>;
+            type Portable = Portable<$real, $narrow>;
+            fn row(task: &Task<Self>, scratch: &mut Scratch<Self>, events: &mut Vec<Event>) {
+                sweep::row(task, scratch, events);
+            }
+            #[inline(always)]
+            fn of(x: f64) -> Self {
+                x as $real
+            }
+            #[inline(always)]
+            fn f64(self) -> f64 {
+                self as f64
+            }
+        }
+    };
+}
+
+real!(f64, u64, 4);
+real!(f32, u32, 8);

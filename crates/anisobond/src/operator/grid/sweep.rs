@@ -1,0 +1,392 @@
+//! One pass over all rows: forces, and bonds that break.
+
+use rayon::prelude::*;
+
+use super::build::GridBonds;
+use super::kernels::{Coefficients, RowView, bit_of, linear, single};
+use super::lanes::{InstructionSet, Lanes};
+use super::law::{mean, threshold};
+use super::padded::Padded;
+use super::real::Real;
+use super::stencil::{Lane, MOST_LANES};
+use crate::operator::Kinematics;
+
+/// Positions of a row that share the loads of a bond's constants: where bonds are taken in pairs, and one by one. A part
+/// of a row is never shorter.
+pub(super) const TOGETHER: usize = 4;
+pub(super) const TOGETHER_SINGLE: usize = 2;
+
+/// How bonds respond in a pass.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Law {
+    /// Linear or finite stretch.
+    pub kinematics: Kinematics,
+    /// Whether bonds above their critical stretch break. They break in tension only.
+    pub breaking: bool,
+}
+
+/// Bonds that broke in a pass.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Broken {
+    /// Number.
+    pub count: usize,
+    /// Elastic energy that they held (J).
+    pub energy: f64,
+}
+
+/// A half bond p of a node that breaks.
+pub type Event = (u32, u16);
+
+/// Memory of one thread.
+pub struct Scratch<T: Real> {
+    /// Forces of a row's slots.
+    block: super::aligned::Aligned<T>,
+    /// Forces of a row in natural order.
+    pub natural: [Vec<T>; 3],
+    plus: Vec<usize>,
+    minus: Vec<usize>,
+    own_bits: Vec<usize>,
+    minus_bits: Vec<usize>,
+    /// Constants of the mixture that was last used, in vectors.
+    mixed: super::aligned::Aligned<T>,
+    mixed_of: u32,
+}
+
+/// Constants of all stencils, made once per pass.
+pub struct Tables<T: Real> {
+    /// Shared by all stencils.
+    pub shared: Vec<T>,
+    /// By stencil: `per_bond` numbers per half bond.
+    pub own: Vec<T>,
+    pub per_bond: usize,
+    pub bit: Vec<T::Word>,
+}
+
+impl<T: Real> GridBonds<T> {
+    /// Forces (N) of displacements, row by row in parallel: `visit` is given a row's number j + n₂k, its forces in
+    /// natural order (zero where there is no node) and the row's part of three arrays of one value per node, and returns
+    /// what is gathered by row. Bonds do not break.
+    pub fn sweep<V: Send, R: Send>(
+        &self,
+        u: &Padded<T>,
+        kinematics: Kinematics,
+        fields: [&mut [V]; 3],
+        visit: impl Fn(usize, [&[T]; 3], [&mut [V]; 3]) -> R + Sync,
+    ) -> Vec<R> {
+        self.pass(u, Law { kinematics, breaking: false }, fields, visit).0
+    }
+
+    /// As [`GridBonds::sweep`]; bonds stretched above their critical stretch break, are without force already in this
+    /// pass, and are counted. Both ends of a bond decide identically.
+    pub fn sweep_breaking<V: Send, R: Send>(
+        &mut self,
+        u: &Padded<T>,
+        kinematics: Kinematics,
+        fields: [&mut [V]; 3],
+        visit: impl Fn(usize, [&[T]; 3], [&mut [V]; 3]) -> R + Sync,
+    ) -> (Broken, Vec<R>) {
+        let (result, events) = self.pass(u, Law { kinematics, breaking: self.breakable }, fields, visit);
+        let energy =
+            events.iter().map(|&(node, p)| self.bond_energy(u, kinematics, node as usize, usize::from(p))).sum();
+        let broken = Broken { count: events.len(), energy };
+        self.clear(events.into_iter().map(|(node, p)| (node as usize, usize::from(p))));
+        (broken, result)
+    }
+
+    fn pass<V: Send, R: Send>(
+        &self,
+        u: &Padded<T>,
+        law: Law,
+        fields: [&mut [V]; 3],
+        visit: impl Fn(usize, [&[T]; 3], [&mut [V]; 3]) -> R + Sync,
+    ) -> (Vec<R>, Vec<Event>) {
+        assert!(std::sync::Arc::ptr_eq(&u.layout, &self.layout), "displacements of other bonds");
+        let n = self.row_nodes();
+        let tables = self.tables(law);
+        let [x, y, z] = fields;
+        let rows = x.par_chunks_mut(n).zip(y.par_chunks_mut(n)).zip(z.par_chunks_mut(n));
+        let visited: Vec<(R, Vec<Event>)> = rows
+            .enumerate()
+            .with_min_len(8)
+            .map_init(
+                || self.scratch(),
+                |scratch, (row, ((x, y), z))| {
+                    let mut events = Vec::new();
+                    self.aim(row, scratch);
+                    T::row(&Task { bonds: self, u, law, tables: &tables, row }, scratch, &mut events);
+                    let [fx, fy, fz] = &scratch.natural;
+                    (visit(row, [fx, fy, fz], [x, y, z]), events)
+                },
+            )
+            .collect();
+        let mut events = Vec::new();
+        let results = visited
+            .into_iter()
+            .map(|(result, mut broken)| {
+                events.append(&mut broken);
+                result
+            })
+            .collect();
+        (results, events)
+    }
+
+    pub(super) fn scratch(&self) -> Scratch<T> {
+        let (layout, half) = (&self.layout, self.half.len());
+        Scratch {
+            block: super::aligned::Aligned::zeros(3 * layout.length * layout.lanes),
+            natural: std::array::from_fn(|_| vec![T::default(); self.row_nodes()]),
+            plus: vec![0; half],
+            minus: vec![0; half],
+            own_bits: vec![0; half],
+            minus_bits: vec![0; half],
+            mixed: super::aligned::Aligned::zeros(3 * half * layout.lanes),
+            mixed_of: 0,
+        }
+    }
+
+    /// Whether bonds are taken in pairs ±ξ.
+    fn paired(law: Law) -> bool {
+        law == Law { kinematics: Kinematics::Linear, breaking: false }
+    }
+
+    pub(super) fn tables(&self, law: Law) -> Tables<T> {
+        let (half, bonds) = (&self.half, self.half.bonds);
+        let paired = Self::paired(law);
+        let finite = law.kinematics == Kinematics::Finite;
+        let mut shared = Vec::new();
+        for p in 0..half.len() {
+            let branch = if finite { &half.branch } else { &half.direction };
+            shared.extend(branch.iter().map(|b| b.slice()[p]));
+            if !paired {
+                shared.push(half.per_square.slice()[p]);
+            }
+        }
+        let mut own = Vec::new();
+        for s in 0..self.stencils.len() {
+            for (p, &b) in half.full.iter().enumerate() {
+                let of = |values: &[T]| mean(values[s * bonds + b], values[s * bonds + half.opposite(b)]);
+                let k = of(&self.stiffness);
+                if paired {
+                    // k n rounded once, from the rounded k and n.
+                    own.extend(half.direction.iter().map(|n| k * n.slice()[p]));
+                } else {
+                    let limit = threshold(finite, of(&self.critical), half.length.slice()[p]);
+                    own.extend([k, if law.breaking { limit } else { T::of(f64::INFINITY) }]);
+                }
+            }
+        }
+        let bit = half.full.iter().map(|&b| bit_of::<T::Word>(b, bonds / 2).1).collect();
+        Tables { shared, own, per_bond: if paired { 3 } else { 2 }, bit }
+    }
+
+    /// Offsets of neighbouring rows.
+    fn aim(&self, row: usize, scratch: &mut Scratch<T>) {
+        let layout = &*self.layout;
+        for p in 0..self.half.len() {
+            let [dx, dy, dz] = self.half.offset[p];
+            let (plus, minus) = (layout.row_at(row, [dy, dz]), layout.row_at(row, [-dy, -dz]));
+            let centre = (layout.reach[0] * layout.lanes) as isize;
+            let along = dx as isize * layout.lanes as isize;
+            let (ahead, behind) = ((centre + along) as usize, (centre - along) as usize);
+            let (word, _) = bit_of::<T::Word>(self.half.full[p], self.half.bonds / 2);
+            scratch.plus[p] = plus * 3 * layout.slots + ahead;
+            scratch.minus[p] = minus * 3 * layout.slots + behind;
+            scratch.own_bits[p] = (row * self.words + word) * layout.slots + centre as usize;
+            scratch.minus_bits[p] = (minus * self.words + word) * layout.slots + behind;
+        }
+    }
+
+    /// Constants of a mixture's lanes as vectors.
+    fn mix(&self, tables: &Tables<T>, mixture: u32, scratch: &mut Scratch<T>) {
+        if scratch.mixed_of == mixture {
+            return;
+        }
+        let lanes = self.layout.lanes;
+        let per_stencil = tables.per_bond * self.half.len();
+        let stencils = &self.mixtures[mixture as usize - 1].0[..lanes];
+        for (place, to) in scratch.mixed.slice_mut()[..per_stencil * lanes].chunks_exact_mut(lanes).enumerate() {
+            for (to, &s) in to.iter_mut().zip(stencils) {
+                *to = tables.own[(usize::from(s) - 1) * per_stencil + place];
+            }
+        }
+        scratch.mixed_of = mixture;
+    }
+
+    /// Half bonds that break in a vector, among those that exist and whose nodes are bulk.
+    #[cold]
+    #[inline(never)]
+    fn record(&self, row: usize, j: usize, p: usize, lanes: u32, events: &mut Vec<Event>) {
+        let n = self.row_nodes();
+        for e in (0..self.layout.lanes).filter(|l| lanes >> l & 1 == 1).map(|l| l * self.layout.length + j) {
+            if e < n && self.own_bit(row, e, p) && !self.is_special(row * n + e) {
+                events.push(((row * n + e) as u32, p as u16));
+            }
+        }
+    }
+}
+
+/// A row to be done.
+pub struct Task<'a, T: Real> {
+    bonds: &'a GridBonds<T>,
+    u: &'a Padded<T>,
+    law: Law,
+    tables: &'a Tables<T>,
+    row: usize,
+}
+
+/// Forces of one row, in natural order in `scratch.natural`, and the bonds that break; `aim` has been at the row.
+///
+/// Called through [`Real`], so that the kernels are compiled with this library and not where they are used.
+#[inline(always)]
+pub fn row<T: Real>(task: &Task<T>, scratch: &mut Scratch<T>, events: &mut Vec<Event>) {
+    match task.bonds.set {
+        // SAFETY: the constructor refuses sets that the machine lacks.
+        #[cfg(target_arch = "x86_64")]
+        InstructionSet::Avx512 => unsafe { row_avx512(task, scratch, events) },
+        #[cfg(target_arch = "x86_64")]
+        InstructionSet::Avx2 => unsafe { row_avx2(task, scratch, events) },
+        // SAFETY: portable vectors need nothing.
+        _ => unsafe { row_in::<T, T::Portable>(task, scratch, events) },
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512dq,avx512bw,avx512vl,avx2,fma")]
+unsafe fn row_avx512<T: Real>(task: &Task<T>, scratch: &mut Scratch<T>, events: &mut Vec<Event>) {
+    // SAFETY: the caller's machine has the instruction set.
+    unsafe { row_in::<T, T::Avx512>(task, scratch, events) }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+unsafe fn row_avx2<T: Real>(task: &Task<T>, scratch: &mut Scratch<T>, events: &mut Vec<Event>) {
+    // SAFETY: the caller's machine has the instruction set.
+    unsafe { row_in::<T, T::Avx2>(task, scratch, events) }
+}
+
+/// A row in vectors of one instruction set.
+///
+/// # Safety
+/// The machine has the instruction set, and the layout is for its vectors.
+#[inline(always)]
+unsafe fn row_in<T: Real, L: Lanes<T = T>>(task: &Task<T>, scratch: &mut Scratch<T>, events: &mut Vec<Event>) {
+    let Task { bonds, law, row, .. } = *task;
+    let layout = &*bonds.layout;
+    let together = if GridBonds::<T>::paired(law) { TOGETHER } else { TOGETHER_SINGLE };
+    let mixtures = &bonds.mixture[row * layout.length..(row + 1) * layout.length];
+    let mut j = 0;
+    while j < layout.length {
+        let mixture = mixtures[j];
+        let end = (j..layout.length).find(|&e| mixtures[e] != mixture).unwrap_or(layout.length);
+        if mixture > 0 {
+            for at in (j..end).step_by(together) {
+                // SAFETY: the caller's contract; the positions are in the row.
+                unsafe { positions::<T, L>(task, mixture, at..end.min(at + together), together, scratch, events) };
+            }
+        }
+        j = end;
+    }
+    collect(bonds, row, scratch);
+    let range = bonds.special_from[row] as usize..bonds.special_from[row + 1] as usize;
+    for &node in &bonds.special[range] {
+        let e = node as usize % bonds.row_nodes();
+        // SAFETY: the machine has the instruction set.
+        let f = unsafe { bonds.special_force::<L>(task.u, law, row, e, events) };
+        for (to, f) in scratch.natural.iter_mut().zip(f) {
+            to[e] = f;
+        }
+    }
+}
+
+/// Forces of a few positions of a row, all of the same mixture of stencils. The kernels take `together` positions: where
+/// there are fewer, some before them too, whose results are dropped.
+///
+/// # Safety
+/// As [`row_in`].
+#[inline(always)]
+unsafe fn positions<T: Real, L: Lanes<T = T>>(
+    task: &Task<T>,
+    mixture: u32,
+    wanted: std::ops::Range<usize>,
+    together: usize,
+    scratch: &mut Scratch<T>,
+    events: &mut Vec<Event>,
+) {
+    let Task { bonds, u, law, tables, row } = *task;
+    let layout = &*bonds.layout;
+    let uniform = bonds.mixtures[mixture as usize - 1].uniform();
+    if uniform.is_none() {
+        bonds.mix(tables, mixture, scratch);
+    }
+    let per_stencil = tables.per_bond * bonds.half.len();
+    let own = match uniform {
+        Some(s) => &tables.own[(usize::from(s) - 1) * per_stencil..][..per_stencil],
+        None => &scratch.mixed.slice()[..per_stencil * layout.lanes],
+    };
+    let coefficients = Coefficients { shared: &tables.shared, own };
+    let view = RowView {
+        u: u.values.slice().as_ptr(),
+        bits: bonds.bits.slice().as_ptr(),
+        slots: layout.slots,
+        own: row * 3 * layout.slots + layout.reach[0] * layout.lanes,
+        plus: &scratch.plus,
+        minus: &scratch.minus,
+        own_bits: &scratch.own_bits,
+        minus_bits: &scratch.minus_bits,
+        bit: &tables.bit,
+        patterns: &bonds.half.patterns,
+    };
+    let start = wanted.start.min(layout.length - together);
+    let whole = bonds.whole[row * layout.length..][wanted.clone()].iter().all(|&w| w);
+    let mut out = [[[T::default(); MOST_LANES]; 3]; TOGETHER].map(|f| f.map(Lane));
+    let told = |p: usize, jj: usize, lanes: u32| {
+        if wanted.contains(&(start + jj)) {
+            bonds.record(row, start + jj, p, lanes, events);
+        }
+    };
+    // SAFETY: positions start … start + together − 1 are in the row, whose offsets `aim` made for this layout.
+    unsafe {
+        let (view, coefficients) = (&view, &coefficients);
+        match (law.kinematics, law.breaking, uniform.is_some(), whole) {
+            (Kinematics::Linear, false, true, true) => linear::<L, true, false>(view, coefficients, start, &mut out),
+            (Kinematics::Linear, false, true, false) => linear::<L, true, true>(view, coefficients, start, &mut out),
+            (Kinematics::Linear, false, false, _) => linear::<L, false, true>(view, coefficients, start, &mut out),
+            (Kinematics::Linear, true, true, _) => {
+                single::<L, true, true, false>(view, coefficients, start, &mut out, told)
+            }
+            (Kinematics::Linear, true, false, _) => {
+                single::<L, false, true, false>(view, coefficients, start, &mut out, told)
+            }
+            (Kinematics::Finite, _, true, true) => {
+                single::<L, true, false, true>(view, coefficients, start, &mut out, told)
+            }
+            (Kinematics::Finite, _, true, false) => {
+                single::<L, true, true, true>(view, coefficients, start, &mut out, told)
+            }
+            (Kinematics::Finite, _, false, _) => {
+                single::<L, false, true, true>(view, coefficients, start, &mut out, told)
+            }
+        }
+    }
+    for j in wanted {
+        for a in 0..3 {
+            let at = (a * layout.length + j) * layout.lanes;
+            scratch.block.slice_mut()[at..at + layout.lanes].copy_from_slice(&out[j - start][a].0[..layout.lanes]);
+        }
+    }
+}
+
+/// Forces of a row from slots to natural order; zero where there is no node.
+fn collect<T: Real>(bonds: &GridBonds<T>, row: usize, scratch: &mut Scratch<T>) {
+    let (layout, n) = (&*bonds.layout, bonds.row_nodes());
+    let stencil = &bonds.stencil[row * n..(row + 1) * n];
+    let block = layout.length * layout.lanes;
+    for (a, natural) in scratch.natural.iter_mut().enumerate() {
+        layout.collect(&scratch.block.slice()[a * block..(a + 1) * block], natural);
+        for (f, &s) in natural.iter_mut().zip(stencil) {
+            if s == 0 {
+                *f = T::default();
+            }
+        }
+    }
+}
