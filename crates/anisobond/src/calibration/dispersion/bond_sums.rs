@@ -1,7 +1,7 @@
 //! Sums over the bonds of a grid at several wave vectors at once.
 //!
 //! With phases φ = k·ξ = Σₐ offsetₐ kₐΔ every sum is of one of two kinds, over one of ξ and −ξ:
-//! even, Σ w (2 − 2 cos φ), and odd, Σ v sin φ. Several wave vectors side by side (`L` lanes) let the compiler use the
+//! even, as Σ w (2 − 2 cos φ), and odd, Σ v sin φ. Several wave vectors side by side (`L` lanes) let the compiler use the
 //! processor's vectors.
 
 use nalgebra::{Matrix3, Vector3};
@@ -34,13 +34,19 @@ impl BondSums {
         self.reach
     }
 
-    /// Σ w (2 − 2 cos φ) = Σ w (2 sin(φ/2))².
-    pub fn even<const L: usize>(&self, powers: &HalfPhases<L>, weights: &[[f64; 6]]) -> [Matrix3<f64>; L] {
+    /// Σ w f with an even function f of sin(φ/2) and cos(φ/2).
+    pub fn even<const L: usize>(
+        &self,
+        powers: &HalfPhases<L>,
+        weights: &[[f64; 6]],
+        f: impl Fn(f64, f64) -> f64,
+    ) -> [Matrix3<f64>; L] {
         let mut sum = [[0.0; L]; 6];
         self.each(powers, |bond, (cos_row, sin_row), (cos, sin)| {
             let factor: [f64; L] = std::array::from_fn(|l| {
-                let twice = 2.0 * (sin_row[l] * cos[l] + cos_row[l] * sin[l]);
-                twice * twice
+                let s = sin_row[l] * cos[l] + cos_row[l] * sin[l];
+                let c = cos_row[l] * cos[l] - sin_row[l] * sin[l];
+                f(s, c)
             });
             for (sum, w) in sum.iter_mut().zip(&weights[bond]) {
                 for l in 0..L {

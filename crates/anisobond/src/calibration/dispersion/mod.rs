@@ -17,6 +17,10 @@ use zone::zone_directions;
 /// |k|Δ of the waves that stand for long ones.
 const LONG_WAVE: f64 = 0.05;
 
+/// Eigenvalue, relative to ‖C‖, up to which rounding may stand for a zero-energy mode; with rotations that follow.
+const ZERO: f64 = 1e-13;
+const ZERO_CONDENSED: f64 = 1e-10;
+
 /// Smallest eigenvalue of a resistance to rotation that is not rounding, relative to the trace at rest.
 const FREE_TO_TURN: f64 = 1e-12;
 
@@ -56,9 +60,9 @@ enum Beyond {
     Nothing,
     /// The nodal term Z, and 2 ω K⁻¹ξ (1/m) of half the bonds.
     Nodal { term: Matrix6<f64>, gradients: Vec<Vector3<f64>> },
-    /// Free rotations: a_t n/|ξ| (Pa/m) and a_t (1 − n⊗n) (Pa, upper triangle) of half the bonds, and the sum of the
-    /// latter.
-    Rotations { couplings: Vec<Vector3<f64>>, resistances: Vec<[f64; 6]>, at_rest: Matrix3<f64> },
+    /// Free rotations: a_t n/|ξ| (Pa/m) and a_t (1 − n⊗n) (Pa, upper triangle) of half the bonds, and the trace of the
+    /// latter's sum (Pa).
+    Rotations { couplings: Vec<Vector3<f64>>, resistances: Vec<[f64; 6]>, at_rest: f64 },
 }
 
 /// How the grid's longest waves compare with a continuum's.
@@ -121,7 +125,7 @@ impl Dispersion {
         let along = pair_stiffness(neighbourhood, normal)?;
         let across = pair_stiffness(neighbourhood, tangential)?;
         let (mut weights, mut couplings, mut resistances) = (Vec::new(), Vec::new(), Vec::new());
-        let mut at_rest = Matrix3::zeros();
+        let mut at_rest = 0.0;
         for ((bond, a_n), a_t) in neighbourhood.bonds().iter().zip(&along).zip(&across) {
             let (length, n) = (bond.xi.norm(), bond.xi.normalize());
             let outer = n * n.transpose();
@@ -129,10 +133,10 @@ impl Dispersion {
             weights.push(upper(&((*a_n * outer + crossing) / (length * length))));
             couplings.push(a_t / length * n);
             resistances.push(upper(&crossing));
-            at_rest += crossing;
+            at_rest += crossing.trace();
         }
         let norm = tensor(neighbourhood, &along, Some(&across)).norm();
-        let beyond = match at_rest.trace() > 0.0 {
+        let beyond = match at_rest > 0.0 {
             true => Beyond::Rotations { couplings, resistances, at_rest },
             false => Beyond::Nothing,
         };
@@ -170,7 +174,8 @@ impl Dispersion {
     /// D at several phases kₐΔ along the grid's axes.
     fn at_phases<const L: usize>(&self, phases: &[Vector3<f64>; L]) -> [Matrix3<f64>; L] {
         let powers = HalfPhases::new(phases, self.bonds.reach());
-        let mut matrices = self.bonds.even(&powers, self.bonds.weights());
+        // 2 − 2 cos φ = 4 sin²(φ/2).
+        let mut matrices = self.bonds.even(&powers, self.bonds.weights(), |sin, _| 4.0 * sin * sin);
         match &self.beyond {
             Beyond::Nothing => {}
             Beyond::Nodal { term, gradients } => {
@@ -180,14 +185,19 @@ impl Dispersion {
             }
             Beyond::Rotations { couplings, resistances, at_rest } => {
                 let coupled = self.bonds.odd(&powers, couplings);
-                let lost = self.bonds.even(&powers, resistances);
-                for ((d, v), lost) in matrices.iter_mut().zip(coupled).zip(lost) {
-                    // cos²(φ/2) = 1 − (2 − 2 cos φ)/4.
-                    *d -= relaxation(&v, &(at_rest - 0.25 * lost), FREE_TO_TURN * at_rest.trace());
+                let resisted = self.bonds.even(&powers, resistances, |_, cos| cos * cos);
+                for ((d, v), r) in matrices.iter_mut().zip(coupled).zip(resisted) {
+                    *d -= relaxation(&v, &r, FREE_TO_TURN * at_rest);
                 }
             }
         }
         matrices
+    }
+
+    /// The resistance (Pa) up to which rounding may stand for a wave that costs nothing. Following rotations cost digits.
+    fn rounding(&self) -> f64 {
+        let share = if matches!(self.beyond, Beyond::Rotations { .. }) { ZERO_CONDENSED } else { ZERO };
+        share * self.norm
     }
 
     /// Phase speeds of long waves against a continuum's (Christoffel's equation for `target`), over the 13 directions

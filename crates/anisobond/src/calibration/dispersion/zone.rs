@@ -25,9 +25,6 @@ const LAST_STEP: f64 = 4e-3;
 /// Rounds of the refinement at most; about a dozen are used.
 const MOST_ROUNDS: usize = 60;
 
-/// Eigenvalue, relative to ‖C‖, up to which rounding may stand for a zero-energy mode.
-const ZERO: f64 = 1e-12;
-
 /// What the closed form of an eigenvalue may be off, relative to ‖C‖; about 10⁻⁸ where eigenvalues are double.
 const CLOSED_FORM: f64 = 1e-7;
 
@@ -42,7 +39,7 @@ pub struct Stability {
     pub smallest_eigenvalue: f64,
     /// The phases kₐΔ (rad, −π…π) along the three grid axes at which it was found.
     pub phases: [f64; 3],
-    /// Whether it is above rounding (10⁻¹² ‖C‖).
+    /// Whether it is above rounding (10⁻¹³ ‖C‖; with free rotations 10⁻¹⁰ ‖C‖).
     pub stable: bool,
     /// Wave vectors tried.
     pub samples: usize,
@@ -68,7 +65,7 @@ impl Dispersion {
         Stability {
             smallest_eigenvalue: weakest.0,
             phases: weakest.1.into(),
-            stable: weakest.0 > ZERO * self.norm,
+            stable: weakest.0 > self.rounding(),
             samples: count,
         }
     }
