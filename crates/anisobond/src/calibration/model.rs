@@ -23,11 +23,11 @@ pub enum ModelSettings {
 /// A neighbourhood prepared for a model and any number of materials.
 pub enum ModelCalibrator<'a> {
     /// Normal bonds.
-    Central(Calibrator<'a>, LowerBound),
+    Central(Box<Calibrator<'a>>, LowerBound),
     /// Normal and tangential bonds.
-    Micropolar(MicropolarCalibrator<'a>, Promise),
+    Micropolar(Box<MicropolarCalibrator<'a>>, Promise),
     /// Normal bonds and a nodal term.
-    Hybrid(HybridCalibrator<'a>, Option<HybridForm>),
+    Hybrid(Box<HybridCalibrator<'a>>, Option<HybridForm>),
 }
 
 /// The bonds of a material, and the waves of the grid that they make.
@@ -70,11 +70,13 @@ impl<'a> ModelCalibrator<'a> {
     /// The hybrid model on bonds that all lie in a plane.
     pub fn new(neighbourhood: &'a Neighbourhood, settings: ModelSettings) -> Result<Self> {
         Ok(match settings {
-            ModelSettings::Central(bound) => ModelCalibrator::Central(Calibrator::new(neighbourhood), bound),
+            ModelSettings::Central(bound) => ModelCalibrator::Central(Box::new(Calibrator::new(neighbourhood)), bound),
             ModelSettings::Micropolar(promise) => {
-                ModelCalibrator::Micropolar(MicropolarCalibrator::new(neighbourhood), promise)
+                ModelCalibrator::Micropolar(Box::new(MicropolarCalibrator::new(neighbourhood)), promise)
             }
-            ModelSettings::Hybrid(form) => ModelCalibrator::Hybrid(HybridCalibrator::new(neighbourhood)?, form),
+            ModelSettings::Hybrid(form) => {
+                ModelCalibrator::Hybrid(Box::new(HybridCalibrator::new(neighbourhood)?), form)
+            }
         })
     }
 

@@ -59,7 +59,7 @@ enum Beyond {
     /// Nothing: central bonds.
     Nothing,
     /// The nodal term Z, and 2 ω K⁻¹ξ (1/m) of half the bonds.
-    Nodal { term: Matrix6<f64>, gradients: Vec<Vector3<f64>> },
+    Nodal { term: Box<Matrix6<f64>>, gradients: Vec<Vector3<f64>> },
     /// Free rotations: a_t n/|ξ| (Pa/m) and a_t (1 − n⊗n) (Pa, upper triangle) of half the bonds, and the trace of the
     /// latter's sum (Pa).
     Rotations { couplings: Vec<Vector3<f64>>, resistances: Vec<[f64; 6]>, at_rest: f64 },
@@ -95,7 +95,7 @@ impl Dispersion {
         if nodal.norm() > 0.0 {
             let half = neighbourhood.bonds().len() / 2;
             let gradients = average.gradients()[..half].iter().map(|g| 2.0 * g).collect();
-            dispersion.beyond = Beyond::Nodal { term: *nodal.mandel(), gradients };
+            dispersion.beyond = Beyond::Nodal { term: Box::new(*nodal.mandel()), gradients };
             let bonds = pair_stiffness(neighbourhood, micromodulus)?;
             dispersion.norm = (tensor(neighbourhood, &bonds, None) + nodal.mandel()).norm();
         }
