@@ -19,6 +19,7 @@ pub struct Cli {
 pub enum Command {
     Tensor(Tensor),
     Calibrate(Calibrate),
+    Advise(Advise),
     Pack(Pack),
     Lattice(Lattice),
     ElementTest(ElementTest),
@@ -57,7 +58,7 @@ pub struct Tensor {
 }
 
 /// Calibrate the bonds of a regular grid to a stiffness tensor: least-norm non-negative micromoduli, with the evidence
-/// of how good they are and, where they are not, why
+/// of how good they are and, where they are not, why; and whether the grid's waves are stable
 #[derive(Args)]
 #[command(after_help = "\
 Examples:
@@ -65,6 +66,8 @@ Examples:
   anisobond calibrate rock.toml --horizon 3 --spacing '2 mm' -o rock
   anisobond calibrate Te2W --shape ellipsoid --semi-axes 4,5,6 --influence constant --json
   anisobond calibrate Pyroceram --influence constant --lower-bound max
+  anisobond calibrate Te2W --model hybrid --horizon 3 -o te2w  # exact and stable: bonds and a nodal term
+  anisobond calibrate Si --model micropolar --promise free-rotations
   anisobond calibrate crystals.csv --horizon 3 -o crystals     # a table: interrupted, it goes on where it was
   anisobond calibrate crystals.csv --jsonl > crystals.jsonl
 
@@ -77,10 +80,21 @@ pub struct Calibrate {
     pub table: TableArgs,
     #[command(flatten)]
     pub neighbourhood: NeighbourhoodArgs,
-    /// Least micromodulus of every bond (N/m⁶), or `max` for the largest that is feasible
-    #[arg(long, default_value = "0", value_name = "X|max", allow_hyphen_values = true)]
-    pub lower_bound: String,
-    /// Exit with code 3 unless the bonds reach the target to this relative error
+    /// What the grid is made of; `anisobond advise` says which one a material needs
+    #[arg(long, value_enum, default_value_t = ModelName::Central)]
+    pub model: ModelName,
+    /// How hybrid shares the tensor between bonds and nodal term [default: remainder where its waves are stable, else
+    /// stable]
+    #[arg(long, value_enum)]
+    pub form: Option<FormName>,
+    /// Which tensor micropolar bonds bring onto the target: their sum, or what free node rotations leave of it
+    /// [default: sum]
+    #[arg(long, value_enum)]
+    pub promise: Option<PromiseName>,
+    /// Least micromodulus of every bond (N/m⁶), or `max` for the largest that is feasible; central only [default: 0]
+    #[arg(long, value_name = "X|max", allow_hyphen_values = true)]
+    pub lower_bound: Option<String>,
+    /// Exit with code 3 unless the model promises the target to this relative error
     #[arg(long, value_name = "ERROR", num_args = 0..=1, default_missing_value = "1e-9", require_equals = true)]
     pub require_exact: Option<f64>,
     /// Folder for the results: bonds, report, VTK file and pictures; of a table, one CSV
@@ -95,6 +109,49 @@ pub struct Calibrate {
     /// Print one JSON line per row of a table, in its order
     #[arg(long)]
     pub jsonl: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ModelName {
+    /// Normal bonds: Cauchy-symmetric tensors
+    Central,
+    /// Normal and tangential bonds, node rotations free
+    Micropolar,
+    /// Normal bonds and a nodal term: every positive definite tensor
+    Hybrid,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum FormName {
+    /// The central bonds; the nodal term is what they leave
+    Remainder,
+    /// A positive nodal term of least trace, bonds above a positive floor
+    Stable,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum PromiseName {
+    /// The sum over bonds at uniform strain without node rotations
+    Sum,
+    /// What an element test of the perfect grid measures
+    FreeRotations,
+}
+
+/// Say which model a stiffness tensor needs: what each reaches, how stable it is and what it costs
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  anisobond advise KIO3
+  anisobond advise rock.toml --json
+  anisobond advise crystals.csv --row mp-149")]
+pub struct Advise {
+    /// Built-in name or the path of a material file
+    pub material: String,
+    #[command(flatten)]
+    pub table: TableArgs,
+    /// Print one JSON document
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// How rows of a table are read.

@@ -8,7 +8,8 @@
 //!
 //! [`MicropolarCalibrator`] is the same in all 21 dimensions for normal and tangential bonds.
 //! What bonds cannot reach, a nodal term adds ([`HybridCalibrator`]); the waves of the grid show whether the whole is
-//! stable ([`Dispersion`]). [`advise`] says beforehand which model a tensor needs.
+//! stable ([`Dispersion`]). [`advise`] says beforehand which model a tensor needs, and [`ModelCalibrator`] is any of the
+//! three behind one door.
 //!
 //! On sphere packings the bonds' stiffnesses come from direction-dependent moduli instead ([`EllipticFit`],
 //! [`LatticeStiffness`]).
@@ -16,6 +17,7 @@
 mod advice;
 mod best_fit;
 mod calibrator;
+mod dense_reference;
 mod dispersion;
 mod dual_newton;
 mod hybrid;
@@ -23,6 +25,7 @@ mod lattice_stiffness;
 mod least_trace;
 mod micropolar;
 mod microplane;
+mod model;
 pub mod naive;
 mod nnls;
 mod rays;
@@ -32,6 +35,7 @@ mod strain_average;
 pub use advice::{Advice, Model, ModelAdvice, advise};
 pub use best_fit::best_fit_stiffness;
 pub use calibrator::{Calibration, Calibrator, Cause, Infeasibility, LowerBound};
+pub use dense_reference::{DenseReference, ReferenceModel};
 pub use dispersion::{Dispersion, LongWaves, Stability};
 pub use hybrid::{HybridCalibration, HybridCalibrator, HybridForm, TraceEvidence};
 pub use lattice_stiffness::{LatticeStiffness, PI_HAT, lattice_mu};
@@ -45,5 +49,6 @@ pub use micropolar::{
     with_free_rotations,
 };
 pub(crate) use micropolar::{tensor_coordinates, tensor_of_coordinates};
+pub use model::{ModelCalibration, ModelCalibrator, ModelSettings, WaveEvidence};
 pub use sphere_rule::SphereRule;
 pub use strain_average::StrainAverage;
