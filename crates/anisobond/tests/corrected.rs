@@ -5,27 +5,16 @@ mod common;
 use anisobond::calibration::{EllipticFit, LatticeStiffness, TransverseConstants};
 use anisobond::experiment::element_test::{ElementTest, bond_deformations};
 use anisobond::experiment::{CorrectedLattice, CorrectedModuli, Correction, LatticeStudy};
-use anisobond::lattice::{Lattice, Packing};
+use anisobond::lattice::Lattice;
 use anisobond::operator::Network;
 use anisobond::tensor::{Material, Stiffness};
-use common::Random;
+use common::{Random, jittered, jittered_lattice, reference_packing};
 use nalgebra::{Matrix6, Vector3};
 
 const ROCK: TransverseConstants = TransverseConstants { c11: 130e6, c33: 55e6, c13: 28e6, c12: 40e6 };
 
-/// n³ spheres of unit spacing, shaken.
-fn jittered(n: usize, seed: u64) -> Packing {
-    let mut random = Random(seed);
-    let centres: Vec<Vector3<f64>> = (0..n * n * n)
-        .map(|k| Vector3::new((k % n) as f64, (k / n % n) as f64, (k / n / n) as f64))
-        .map(|x| x + 0.25 * Vector3::new(random.number(), random.number(), random.number()))
-        .collect();
-    let radii = (0..centres.len()).map(|_| 0.5 + 0.05 * random.number()).collect();
-    Packing::new(Some(Vector3::repeat(n as f64)), centres, radii).unwrap()
-}
-
 fn lattice() -> Lattice {
-    Lattice::new(jittered(5, 4), 1.6).unwrap()
+    jittered_lattice(5, 4, 1.6)
 }
 
 fn quick() -> Correction {
@@ -46,7 +35,7 @@ fn check(lattice: &Lattice, r: &CorrectedLattice) {
 /// ∂C/∂k of single bonds against central differences of whole element tests, and C as the sum of the bonds' energies.
 #[test]
 fn derivatives_are_the_bonds_relaxed_energies() {
-    let lattice = Lattice::new(jittered(3, 2), 1.5).unwrap();
+    let lattice = jittered_lattice(3, 2, 1.5);
     let study = EllipticFit::new(&ROCK.stiffness(&Vector3::z()), &Vector3::new(0.3, 0.2, 1.0)).unwrap();
     let mut network = Network::new(&lattice, &LatticeStiffness::new(&lattice, &study.microplane).unwrap());
     let mut test = ElementTest { fields: true, ..ElementTest::default() };
@@ -83,7 +72,7 @@ fn elliptic_moduli_meet_the_measured_constants() {
     let axis = Vector3::new(0.3, -0.4, 1.0);
     let constants = TransverseConstants { c13: 26e6, c12: 39e6, ..ROCK };
     let target = constants.stiffness(&axis.normalize());
-    let study = LatticeStudy::new(jittered(5, 4), &target, &axis, 1.6).unwrap();
+    let study = LatticeStudy::new(jittered(5, 4, 0.25), &target, &axis, 1.6).unwrap();
     let r = quick().elliptic(&study.lattice, &study.fit).unwrap();
     check(&study.lattice, &r);
     println!("{:?}", r.report);
@@ -152,14 +141,7 @@ fn wrong_input_is_refused() {
 
 /// The document's rock on the reference packing, or `None` where the data is absent.
 fn reference_study(contact_radius: f64) -> Option<LatticeStudy> {
-    let text = common::shared_data("woo-packing-2556.txt")?;
-    let mut lines = text.lines();
-    let numbers = |line: &str| line.split_whitespace().filter_map(|x| x.parse().ok()).collect::<Vec<f64>>();
-    let cell = numbers(lines.next().unwrap());
-    let rows: Vec<Vec<f64>> = lines.map(numbers).filter(|row| row.len() == 4).collect();
-    let centres = rows.iter().map(|r| Vector3::new(r[0], r[1], r[2])).collect();
-    let radii = rows.iter().map(|r| r[3]).collect();
-    let packing = Packing::new(Some(Vector3::new(cell[0], cell[1], cell[2])), centres, radii).unwrap();
+    let packing = reference_packing()?;
     Some(LatticeStudy::new(packing, &ROCK.stiffness(&Vector3::z()), &Vector3::z(), contact_radius).unwrap())
 }
 

@@ -263,7 +263,12 @@ impl ElementTestReport {
             strain: r.strain,
             certificate: Checks::Dynamic { force_balance: r.unbalanced, lateral_stress: r.lateral, asymmetry },
             mechanism: None,
-            solver: SolverReport { iterations: r.steps.iter().sum(), residual: r.unbalanced, converged: r.converged },
+            solver: SolverReport {
+                iterations: r.steps.iter().sum(),
+                residual: r.unbalanced,
+                converged: r.converged,
+                negative_curvature: false,
+            },
         })
     }
 }
