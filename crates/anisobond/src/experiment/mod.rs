@@ -9,7 +9,10 @@ mod problem;
 pub mod smilauer;
 mod verification;
 
-pub use corrected::{CorrectedLattice, CorrectedModuli, Correction, CorrectionForm, CorrectionReport};
+pub use corrected::{
+    CorrectedModuli, CorrectedNetwork, Correction, CorrectionForm, CorrectionReport, NodalReport, central_by_sum,
+    hybrid_by_sum,
+};
 pub use lattice_study::{LatticeStudy, anisotropy_axis, turned_to_axis};
 pub use problem::{
     Condition, Crack, FieldName, FractureEnergy, History, OutputPlan, Probe, Problem, Quantity, RegionMaterial,
