@@ -13,7 +13,7 @@ pub use corrected::{
     CorrectedModuli, CorrectedNetwork, Correction, CorrectionForm, CorrectionReport, NodalReport, central_by_sum,
     hybrid_by_sum,
 };
-pub use lattice_study::{LatticeStudy, anisotropy_axis, turned_to_axis};
+pub use lattice_study::{CorrectionChoice, LatticePlan, LatticeStudy, anisotropy_axis, turned_to_axis};
 pub use problem::{
     Condition, Crack, FieldName, FractureEnergy, History, OutputPlan, Probe, Problem, Quantity, RegionMaterial,
     Schedule, Slice, Softening,

@@ -167,11 +167,14 @@ impl Correction {
         for share in BOND_SHARES {
             let form = Nodal { share, target: *target };
             let search = Search::run(self, start, &form, &[form.of_sum(start)])?;
-            let met = search.error() <= self.tolerance;
+            // Weaker bonds help where Z was too negative, not where a positive Z falls short.
+            let z = Stiffness::from_mandel(tensor_of_coordinates(&search.parameters));
+            let positive = z.eigen().0[0] >= -NOT_NEGATIVE * target.norm();
+            let ended = search.error() <= self.tolerance || (positive && search.error().is_finite());
             if best.as_ref().is_none_or(|(_, old)| search.error() < old.error()) {
                 best = Some((share, search));
             }
-            if met {
+            if ended {
                 break;
             }
             refused_shares.push(share);
