@@ -6,6 +6,7 @@
 mod args;
 mod calibrate;
 mod folder;
+mod grid_test;
 mod interrupt;
 mod lattice;
 mod materials;
