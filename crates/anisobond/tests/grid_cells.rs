@@ -48,7 +48,8 @@ fn perfect_cells_measure_what_was_promised() {
                 let cell = GridCell::perfect(nodes);
                 let study = GridStudy::new(neighbourhood, cell, target, model, Rotations::Free, None).unwrap();
                 // A bond's floor of zero may leave mechanisms; the least energy is well defined all the same.
-                let test = ElementTest { mechanisms: anisobond::experiment::element_test::Mechanisms::Report, ..exact() };
+                let test =
+                    ElementTest { mechanisms: anisobond::experiment::element_test::Mechanisms::Report, ..exact() };
                 let r = study.test(&test).unwrap();
                 let error = study.promised.relative_error(&r.measured);
                 assert!(error < 1e-8, "{name} {model:?} {i}: {error:e} {:?}", r.solver);

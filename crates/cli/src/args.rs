@@ -273,12 +273,12 @@ pub struct Lattice {
     allow_missing_positional = true,
     mut_arg("contact_radius", |a| a.conflicts_with("grid")),
     mut_arg("axis", |a| a.conflicts_with("grid")),
-    mut_arg("horizon", |a| a.requires("grid")),
-    mut_arg("shape", |a| a.requires("grid")),
-    mut_arg("semi_axes", |a| a.requires("grid")),
-    mut_arg("influence", |a| a.requires("grid")),
-    mut_arg("spacing", |a| a.requires("grid")),
-    mut_arg("rotate", |a| a.requires("grid")),
+    mut_arg("horizon", |a| a.conflicts_with("packing")),
+    mut_arg("shape", |a| a.conflicts_with("packing")),
+    mut_arg("semi_axes", |a| a.conflicts_with("packing")),
+    mut_arg("influence", |a| a.conflicts_with("packing")),
+    mut_arg("spacing", |a| a.conflicts_with("packing")),
+    mut_arg("rotate", |a| a.conflicts_with("packing")),
     after_help = "\
 Examples:
   anisobond element-test sample.txt cases/materials/rock.toml --contact-radius 1.8
@@ -325,17 +325,17 @@ pub struct GridArgs {
     #[arg(long, value_name = "N[,N,N]")]
     pub grid: Option<String>,
     /// Share of the nodes that is missing, chosen by --seed
-    #[arg(long, value_name = "SHARE", requires = "grid", allow_negative_numbers = true)]
+    #[arg(long, value_name = "SHARE", conflicts_with = "packing", allow_negative_numbers = true)]
     pub missing: Option<f64>,
     /// Largest displacement of a node along each axis, in grid spacings
-    #[arg(long, value_name = "SPACINGS", requires = "grid", allow_negative_numbers = true)]
+    #[arg(long, value_name = "SPACINGS", conflicts_with = "packing", allow_negative_numbers = true)]
     pub displaced: Option<f64>,
     /// Spherical void: its radius in grid spacings around the cell's middle, or x,y,z,radius in places along the grid's
     /// axes (repeatable)
-    #[arg(long, value_name = "R|X,Y,Z,R", requires = "grid", allow_hyphen_values = true)]
+    #[arg(long, value_name = "R|X,Y,Z,R", conflicts_with = "packing", allow_hyphen_values = true)]
     pub void: Vec<String>,
     /// Cells of equal seeds are equal
-    #[arg(long, requires = "grid")]
+    #[arg(long, conflicts_with = "packing")]
     pub seed: Option<u64>,
 }
 
