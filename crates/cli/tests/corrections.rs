@@ -52,7 +52,7 @@ fn files() -> Files {
     // Isotropic with ν = 0.2, and normal bonds along an odd direction.
     let triclinic = write(
         "triclinic.toml",
-        "name = \"triclinic\"\nunit = \"MPa\"\nclass = \"triclinic\"\nmatrix = [\n[170, 33, 36, 3, -2, -1],\n\
+        "name = \"triclinic\"\nunit = \"MPa\"\nclass = \"triclinic\"\nstiffness = [\n[170, 33, 36, 3, -2, -1],\n\
          [33, 160, 36, 6, -2, 1],\n[36, 36, 175, 11, -6, -3],\n[3, 6, 11, 68, -3, -1],\n[-2, -2, -6, -3, 67, 4],\n\
          [-1, 1, -3, -1, 4, 63],\n]\n",
     );
@@ -107,7 +107,7 @@ fn a_general_correction_takes_any_tensor() {
     assert_eq!(r["correction"]["form"], "general");
     // Out of reach: said, with what is nearest.
     let steel = f.folder.path().join("steel.toml");
-    std::fs::write(&steel, "name = \"s\"\nclass = \"isotropic\"\ne = \"200 GPa\"\nnu = 0.4\n").unwrap();
+    std::fs::write(&steel, "name = \"s\"\nunit = \"GPa\"\nclass = \"isotropic\"\nc11 = 6\nc12 = 4\n").unwrap();
     let steel = steel.to_str().unwrap();
     let r = json(&["lattice", &f.packing, steel, "--contact-radius", "1.8", "--correct", "--json"]);
     assert_eq!((&r["correction"]["converged"], &r["correction"]["out_of_reach"]), (&false.into(), &true.into()));
