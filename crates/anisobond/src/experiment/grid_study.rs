@@ -10,6 +10,9 @@ use crate::lattice::Neighbourhood;
 use crate::operator::{GridCell, Network};
 use crate::tensor::Stiffness;
 
+/// A tangential micromodulus of this share of the largest normal one is zero.
+const ROUNDING: f64 = 1e-12;
+
 /// A cell of a grid with the bonds of a model.
 #[derive(Clone, Debug)]
 pub struct GridStudy {
@@ -56,7 +59,11 @@ impl GridStudy {
                 let free = rotations == Rotations::Free;
                 let promise = if free { Promise::FreeRotations } else { Promise::Sum };
                 let r = MicropolarCalibrator::new(neighbourhood).calibrate(target, promise)?;
-                let network = cell.network(neighbourhood, &r.normal, Some(&r.tangential))?;
+                // Where normal bonds are enough, rounding leaves tangential ones behind that would hold rotations by
+                // next to nothing.
+                let rounding = ROUNDING * r.normal.iter().copied().fold(0.0, f64::max);
+                let tangential: Vec<f64> = r.tangential.iter().map(|&c| if c > rounding { c } else { 0.0 }).collect();
+                let network = cell.network(neighbourhood, &r.normal, Some(&tangential))?;
                 (if free { r.relaxed } else { r.reached }, network, None)
             }
             Model::Hybrid => {
