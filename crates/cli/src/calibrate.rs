@@ -94,7 +94,7 @@ fn lower_bound(text: &str) -> Result<LowerBound> {
 }
 
 /// The neighbourhood that the flags describe.
-fn neighbourhood(args: &args::NeighbourhoodArgs) -> Result<Neighbourhood> {
+pub fn neighbourhood(args: &args::NeighbourhoodArgs) -> Result<Neighbourhood> {
     let (spacing, _) = text::length(&args.spacing, "--spacing")?;
     let semi_axes =
         args.semi_axes.as_deref().map(|a| text::vector(a, "--semi-axes").map(|v| [v.x, v.y, v.z])).transpose()?;
