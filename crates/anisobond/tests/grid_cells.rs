@@ -5,7 +5,9 @@ mod common;
 
 use std::f64::consts::PI;
 
-use anisobond::calibration::{Calibrator, HybridCalibrator, LowerBound, MicropolarCalibrator, Model, Promise};
+use anisobond::calibration::{
+    Calibrator, HybridCalibrator, LowerBound, MicropolarCalibrator, Model, ModelCalibrator, Promise,
+};
 use anisobond::experiment::element_test::{ElementTest, Rotations};
 use anisobond::experiment::{Correction, GridStudy, LatticePlan, LatticeStudy};
 use anisobond::lattice::{Influence, Neighbourhood, Shape};
@@ -34,6 +36,19 @@ fn neighbourhoods() -> Vec<Neighbourhood> {
     ]
 }
 
+/// A model whose nodes rotate, on a cell.
+fn study_of(
+    neighbourhood: &Neighbourhood,
+    cell: GridCell,
+    target: &Stiffness,
+    model: Model,
+    correction: Option<&Correction>,
+) -> GridStudy {
+    let settings = GridStudy::settings(model, Rotations::Free);
+    let calibrator = ModelCalibrator::new(neighbourhood, settings).unwrap();
+    GridStudy::new(&calibrator, cell, target, correction).unwrap()
+}
+
 /// Crystals, shapes, horizons, influence functions and models: the element test measures what was promised, to 10⁻⁸.
 #[test]
 fn perfect_cells_measure_what_was_promised() {
@@ -46,7 +61,7 @@ fn perfect_cells_measure_what_was_promised() {
             let nodes = [[1, 1, 1], [2, 3, 2], [3, 1, 4]][(i + j) % 3];
             for model in MODELS {
                 let cell = GridCell::perfect(nodes);
-                let study = GridStudy::new(neighbourhood, cell, target, model, Rotations::Free, None).unwrap();
+                let study = study_of(neighbourhood, cell, target, model, None);
                 // A bond's floor of zero may leave mechanisms; the least energy is well defined all the same.
                 let test =
                     ElementTest { mechanisms: anisobond::experiment::element_test::Mechanisms::Report, ..exact() };
@@ -75,7 +90,7 @@ fn bodies() -> Vec<(String, Network)> {
         bodies.push((format!("packing {model:?}"), study.network()));
         for (i, neighbourhood) in neighbourhoods().iter().take(3).enumerate() {
             let cell = GridCell { nodes: [6, 6, 6], missing: vec![7, 60], displacement: 0.2, seed: 3 };
-            let study = GridStudy::new(neighbourhood, cell, &target, model, Rotations::Free, None).unwrap();
+            let study = study_of(neighbourhood, cell, &target, model, None);
             bodies.push((format!("grid {i} {model:?}"), study.network));
         }
     }
@@ -138,7 +153,7 @@ fn dynamical_matrix(network: &Network, count: usize) -> Matrix3<f64> {
     let list = BondList::new(network).unwrap();
     let phase = |node: usize| 2.0 * PI * node as f64 / count as f64;
     // Twelve fields: displacement and rotation along three axes, cosine and sine.
-    let shape = |field: usize, node: usize| if field % 2 == 0 { phase(node).cos() } else { phase(node).sin() };
+    let shape = |field: usize, node: usize| if field.is_multiple_of(2) { phase(node).cos() } else { phase(node).sin() };
     let mut x = list.zeros::<12>();
     let mut y = list.zeros::<12>();
     for node in 0..count {
@@ -225,7 +240,7 @@ fn defects_soften() {
     let target = Material::builtin("KIO3").unwrap().stiffness;
     for model in MODELS {
         let test = |cell: GridCell| {
-            let study = GridStudy::new(&grid, cell, &target, model, Rotations::Free, None).unwrap();
+            let study = study_of(&grid, cell, &target, model, None);
             (study.test(&exact()).unwrap(), study)
         };
         let seeded = GridCell { seed: 5, displacement: 0.0, ..GridCell::perfect([6, 6, 6]) };
@@ -263,7 +278,7 @@ fn corrected_cells_meet_the_target() {
     let correction = Correction { test: exact(), ..Correction::default() };
     for model in [Model::Micropolar, Model::Hybrid] {
         let cell = GridCell { displacement: 0.2, seed: 4, ..GridCell::perfect([5, 5, 5]) }.with_missing(0.05).unwrap();
-        let study = GridStudy::new(&grid, cell, &target, model, Rotations::Free, Some(&correction)).unwrap();
+        let study = study_of(&grid, cell, &target, model, Some(&correction));
         let report = study.correction.as_ref().unwrap();
         println!("{model:?} {:?}", report.history);
         assert!(report.converged && report.corrections <= 4 && report.history[0] > 0.03, "{:?}", report.history);

@@ -1,6 +1,6 @@
 //! `anisobond element-test --grid`: the element test of a cell of a grid.
 
-use anisobond::calibration::Model;
+use anisobond::calibration::{Model, ModelCalibrator};
 use anisobond::experiment::element_test::{ElementTest, Rotations};
 use anisobond::experiment::{Correction, GridStudy};
 use anisobond::io::{self, GridTestReport};
@@ -27,9 +27,10 @@ pub fn run(args: &args::ElementTest, rotations: Rotations) -> Result<Ending> {
     let correction = args.bonds.correct.map(|_| Correction { test, ..Correction::default() });
     let model = model(args.bonds.model, Model::Central);
     let cell = cell(&args.grid)?;
-    let study = GridStudy::new(&neighbourhood, cell, &material.stiffness, model, rotations, correction.as_ref())?;
+    let calibrator = ModelCalibrator::new(&neighbourhood, GridStudy::settings(model, rotations))?;
+    let study = GridStudy::new(&calibrator, cell, &material.stiffness, correction.as_ref())?;
     let result = study.test(&test)?;
-    let report = GridTestReport::new(&material, &neighbourhood, &study, &result);
+    let report = GridTestReport::new(&material, &calibrator, &study, &result);
     if let Some(folder) = &args.output {
         let [i, j, k] = report.cell.places;
         let tensors = [("promised", &study.promised), ("measured", &result.measured)];

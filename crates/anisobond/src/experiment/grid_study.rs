@@ -3,9 +3,7 @@
 use super::corrected::{Correction, CorrectionReport};
 use super::element_test::{ElementTest, ElementTestResult, Rotations};
 use crate::Result;
-use crate::calibration::{
-    Calibrator, Dispersion, HybridCalibrator, LowerBound, MicropolarCalibrator, Model, Promise, Stability,
-};
+use crate::calibration::{LowerBound, Model, ModelCalibration, ModelCalibrator, ModelSettings, Promise, Stability};
 use crate::lattice::Neighbourhood;
 use crate::operator::{GridCell, Network};
 use crate::tensor::Stiffness;
@@ -26,53 +24,60 @@ pub struct GridStudy {
     pub promised: Stiffness,
     /// Nodes, bonds and nodal term, corrected ones after a correction.
     pub network: Network,
-    /// The weakest wave of the perfect grid; `None` for the micropolar model.
-    pub stability: Option<Stability>,
+    /// The weakest wave of the perfect grid.
+    pub stability: Stability,
     /// How a correction went.
     pub correction: Option<CorrectionReport>,
 }
 
 impl GridStudy {
-    /// Calibrate a model on a neighbourhood and put it on a cell. The micropolar model is calibrated for what its nodes
-    /// do: rotate ([`Promise::FreeRotations`]) or not. With a correction, every bond's moduli (central, micropolar) or
-    /// the nodal term (hybrid) are then brought to the target as measured on this very cell, defects included.
+    /// What a model is to promise of a grid whose nodes rotate, or do not: what an element test of it measures.
+    pub fn settings(model: Model, rotations: Rotations) -> ModelSettings {
+        match (model, rotations) {
+            (Model::Central, _) => ModelSettings::Central(LowerBound::Value(0.0)),
+            (Model::Micropolar, Rotations::Free) => ModelSettings::Micropolar(Promise::FreeRotations),
+            (Model::Micropolar, Rotations::Blocked) => ModelSettings::Micropolar(Promise::Sum),
+            (Model::Hybrid, _) => ModelSettings::Hybrid(None),
+        }
+    }
+
+    /// Calibrate a model and put it on a cell. With a correction, every bond's moduli (central, micropolar) or the nodal
+    /// term (hybrid) are then brought to the target as measured on this very cell, defects included.
     ///
     /// # Errors
     /// A target that is not positive definite; a cell that cannot be made ([`GridCell::network`]); what the correction
     /// refuses.
     pub fn new(
-        neighbourhood: &Neighbourhood,
+        calibrator: &ModelCalibrator,
         cell: GridCell,
         target: &Stiffness,
-        model: Model,
-        rotations: Rotations,
         correction: Option<&Correction>,
     ) -> Result<Self> {
-        let none = Stiffness::isotropic(0.0, 0.0);
-        let (promised, network, stability) = match model {
-            Model::Central => {
-                let r = Calibrator::new(neighbourhood).calibrate(target, LowerBound::Value(0.0))?;
-                let stability = Dispersion::new(neighbourhood, &r.micromodulus, &none)?.stability();
-                (r.reached, cell.network(neighbourhood, &r.micromodulus, None)?, Some(stability))
-            }
-            Model::Micropolar => {
-                let free = rotations == Rotations::Free;
-                let promise = if free { Promise::FreeRotations } else { Promise::Sum };
-                let r = MicropolarCalibrator::new(neighbourhood).calibrate(target, promise)?;
+        let neighbourhood = calibrator.neighbourhood();
+        let calibration = calibrator.calibrate(target)?;
+        let (promised, network) = match &calibration {
+            ModelCalibration::Central(r, _) => (r.reached, cell.network(neighbourhood, &r.micromodulus, None)?),
+            ModelCalibration::Micropolar(r, _) => {
                 // Where normal bonds are enough, rounding leaves tangential ones behind that would hold rotations by
                 // next to nothing.
                 let rounding = ROUNDING * r.normal.iter().copied().fold(0.0, f64::max);
                 let tangential: Vec<f64> = r.tangential.iter().map(|&c| if c > rounding { c } else { 0.0 }).collect();
-                let network = cell.network(neighbourhood, &r.normal, Some(&tangential))?;
-                (if free { r.relaxed } else { r.reached }, network, None)
+                let promised = if r.promise == Promise::FreeRotations { r.relaxed } else { r.reached };
+                (promised, cell.network(neighbourhood, &r.normal, Some(&tangential))?)
             }
-            Model::Hybrid => {
-                let r = HybridCalibrator::new(neighbourhood)?.calibrate(target)?;
-                let network = cell.hybrid_network(neighbourhood, &r.bonds.micromodulus, &r.nodal)?;
-                (r.reached, network, Some(r.stability))
+            ModelCalibration::Hybrid(r) => {
+                (r.reached, cell.hybrid_network(neighbourhood, &r.bonds.micromodulus, &r.nodal)?)
             }
         };
-        let mut study = GridStudy { cell, model, target: *target, promised, network, stability, correction: None };
+        let mut study = GridStudy {
+            cell,
+            model: calibration.model(),
+            target: *target,
+            promised,
+            network,
+            stability: *calibration.stability(),
+            correction: None,
+        };
         if let Some(correction) = correction {
             study.correct(neighbourhood, correction)?;
         }

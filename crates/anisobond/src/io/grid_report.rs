@@ -4,10 +4,9 @@ use serde::Serialize;
 
 use super::lattice_report::Engineering;
 use super::report::{NeighbourhoodReport, Voigt};
-use crate::calibration::{Calibrator, Model};
+use crate::calibration::{Model, ModelCalibrator};
 use crate::experiment::element_test::{Certificate, ElementTestResult, Mechanism, Rotations};
 use crate::experiment::{CorrectionReport, GridStudy};
-use crate::lattice::Neighbourhood;
 use crate::solver::SolverReport;
 use crate::tensor::Material;
 
@@ -63,8 +62,8 @@ pub struct GridTestReport {
     /// Whether the cell was tested to the end without meeting a displacement of negative energy and, where the perfect
     /// grid's waves were sampled, these are all positive.
     pub stable: bool,
-    /// Smallest eigenvalue of the perfect grid's dynamical matrix over the zone, D(k)/κ²(k) (Pa); `None` for the
-    /// micropolar model and after a correction.
+    /// Smallest eigenvalue of the perfect grid's dynamical matrix over the zone, D(k)/κ²(k) (Pa); `None` after a
+    /// correction.
     pub smallest_eigenvalue: Option<f64>,
     /// How the correction went, if one was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -81,15 +80,15 @@ pub struct GridTestReport {
 
 impl GridTestReport {
     /// Describe the test of a cell.
-    pub fn new(material: &Material, neighbourhood: &Neighbourhood, study: &GridStudy, r: &ElementTestResult) -> Self {
+    pub fn new(material: &Material, calibrator: &ModelCalibrator, study: &GridStudy, r: &ElementTestResult) -> Self {
         let cell = &study.cell;
         let nodes = study.network.nodes.len();
-        let waves = study.stability.as_ref().filter(|_| study.correction.is_none());
+        let waves = study.correction.is_none().then_some(&study.stability);
         GridTestReport {
             material: material.name.clone(),
             source: material.source.clone(),
             model: study.model,
-            neighbourhood: NeighbourhoodReport::new(&Calibrator::new(neighbourhood)),
+            neighbourhood: NeighbourhoodReport::new(calibrator),
             cell: CellReport {
                 places: cell.nodes,
                 nodes,
