@@ -10,8 +10,8 @@ mod common;
 use std::hint::black_box;
 use std::time::Instant;
 
-use anisobond::calibration::{Calibrator, LowerBound};
-use anisobond::io::CalibrationReport;
+use anisobond::calibration::{Calibrator, LowerBound, ModelCalibrator, ModelSettings, Promise};
+use anisobond::io::{ModelReport, NeighbourhoodReport};
 use anisobond::lattice::{Influence, Neighbourhood};
 use anisobond::tensor::{Material, Stiffness};
 
@@ -73,22 +73,30 @@ fn main() {
         );
     }
 
-    println!("\ntable of 1000 materials, one thread: tensor to JSON");
+    println!("\ntable of 1000 materials, one thread: tensor to JSON, waves included");
     let table = thousand(&materials);
+    let models = [
+        ("central", ModelSettings::Central(LowerBound::Value(0.0))),
+        ("micropolar", ModelSettings::Micropolar(Promise::Sum)),
+        ("hybrid", ModelSettings::Hybrid(None)),
+    ];
     for horizon in [3.0, 6.0] {
         let neighbourhood = Neighbourhood::sphere(horizon, 1.0, Influence::Inverse).expect("a valid neighbourhood");
-        let mut infeasible = 0;
-        let seconds = median(5, || {
-            infeasible = 0;
-            let calibrator = Calibrator::new(&neighbourhood);
-            for m in &table {
-                let r = calibrator.calibrate(&m.stiffness, LowerBound::Value(0.0)).expect("a valid tensor");
-                infeasible += usize::from(!r.feasible());
-                let report = CalibrationReport::new(m, &calibrator, &r);
-                black_box(serde_json::to_string(&report).expect("finite numbers"));
-            }
-        });
-        println!("horizon {horizon}: {seconds:.3} s ({infeasible} infeasible)");
+        for (name, settings) in models {
+            let mut unstable = 0;
+            let seconds = median(5, || {
+                unstable = 0;
+                let calibrator = ModelCalibrator::new(&neighbourhood, settings).expect("a valid neighbourhood");
+                let description = NeighbourhoodReport::new(&calibrator);
+                for m in &table {
+                    let r = calibrator.calibrate(&m.stiffness).expect("a valid tensor");
+                    unstable += usize::from(!r.stability().stable);
+                    let report = ModelReport::new(m, &description, &r);
+                    black_box(serde_json::to_string(&report).expect("finite numbers"));
+                }
+            });
+            println!("horizon {horizon}, {name}: {seconds:.3} s ({unstable} not stable)");
+        }
     }
 }
 

@@ -11,7 +11,7 @@ use anisobond::experiment::{Verdict, smilauer};
 use anisobond::lattice::{Lattice, Packing};
 use anisobond::operator::{BondList, Network, StiffBond, naive};
 use anisobond::tensor::{EngineeringConstants, Stiffness};
-use common::Random;
+use common::{Random, reference_packing};
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 const ROCK: TransverseConstants = TransverseConstants { c11: 130e6, c33: 55e6, c13: 28e6, c12: 40e6 };
@@ -22,13 +22,7 @@ fn rock(axis: Vector3<f64>) -> EllipticMicroplane {
 
 /// n³ spheres of unit spacing, shaken.
 fn jittered(n: usize, seed: u64) -> Packing {
-    let mut random = Random(seed);
-    let centres: Vec<Vector3<f64>> = (0..n * n * n)
-        .map(|k| Vector3::new((k % n) as f64, (k / n % n) as f64, (k / n / n) as f64))
-        .map(|x| x + 0.2 * Vector3::new(random.number(), random.number(), random.number()))
-        .collect();
-    let radii = (0..centres.len()).map(|_| 0.5 + 0.05 * random.number()).collect();
-    Packing::new(Some(Vector3::new(n as f64, n as f64, 1.01 * n as f64)), centres, radii).unwrap()
+    common::jittered(n, seed, 0.2)
 }
 
 fn network(packing: &Packing, contact_radius: f64, axis: Vector3<f64>) -> Network {
@@ -61,8 +55,12 @@ fn sound(r: &ElementTestResult) {
 #[test]
 fn one_bond_to_the_own_image_by_hand() {
     let (a, kn, kt) = (2.0, 5.0, 3.0);
-    let network =
-        Network { nodes: vec![Vector3::zeros()], bonds: vec![bond(0, 0, [a, 0.0, 0.0], kn, kt)], volume: a * a * a };
+    let network = Network {
+        nodes: vec![Vector3::zeros()],
+        bonds: vec![bond(0, 0, [a, 0.0, 0.0], kn, kt)],
+        volume: a * a * a,
+        nodal: None,
+    };
     let mut expected = Matrix6::zeros();
     expected[(0, 0)] = kn / a;
     let free = reported(Rotations::Free).run(&network).unwrap();
@@ -83,6 +81,7 @@ fn two_bonds_in_series_by_hand() {
         nodes: vec![Vector3::zeros(), Vector3::new(l1, 0.0, 0.0)],
         bonds: vec![bond(0, 1, [l1, 0.0, 0.0], k1, t1), bond(1, 0, [l2, 0.0, 0.0], k2, t2)],
         volume,
+        nodal: None,
     };
     let square = (l1 + l2) * (l1 + l2);
     let mut expected = Matrix6::zeros();
@@ -353,18 +352,6 @@ fn mechanisms_are_named() {
         network.bonds.push(broken);
         assert!(BondList::new(&network).is_err(), "{broken:?}");
     }
-}
-
-/// The document's packing, or `None` where the data is absent.
-fn reference_packing() -> Option<Packing> {
-    let text = common::shared_data("woo-packing-2556.txt")?;
-    let mut lines = text.lines();
-    let numbers = |line: &str| line.split_whitespace().filter_map(|x| x.parse().ok()).collect::<Vec<f64>>();
-    let cell = numbers(lines.next().unwrap());
-    let rows: Vec<Vec<f64>> = lines.map(numbers).filter(|row| row.len() == 4).collect();
-    let centres = rows.iter().map(|r| Vector3::new(r[0], r[1], r[2])).collect();
-    let radii = rows.iter().map(|r| r[3]).collect();
-    Some(Packing::new(Some(Vector3::new(cell[0], cell[1], cell[2])), centres, radii).unwrap())
 }
 
 #[test]

@@ -5,9 +5,10 @@ mod common;
 use std::f64::consts::PI;
 
 use anisobond::calibration::{
-    Calibrator, Dispersion, HybridCalibration, HybridCalibrator, HybridForm, LowerBound, advise,
+    Calibrator, Dispersion, HybridCalibration, HybridCalibrator, HybridForm, LowerBound, ModelCalibrator,
+    ModelSettings, advise,
 };
-use anisobond::io::HybridReport;
+use anisobond::io::{ModelReport, NeighbourhoodReport};
 use anisobond::lattice::{Influence, Neighbourhood};
 use anisobond::operator::PeriodicHybrid;
 use anisobond::tensor::{Material, PAIRS, Stiffness, mandel_weight};
@@ -410,10 +411,11 @@ fn wrong_input_is_refused() {
 #[test]
 fn the_report_says_model_and_stability() {
     let grid = grid();
-    let calibrator = HybridCalibrator::new(&grid).unwrap();
+    let calibrator = ModelCalibrator::new(&grid, ModelSettings::Hybrid(Some(HybridForm::Stable))).unwrap();
     let material = Material::builtin("Te2W").unwrap();
-    let r = calibrator.calibrate_as(&material.stiffness, HybridForm::Stable).unwrap();
-    let json = serde_json::to_value(HybridReport::new(&material, &calibrator, &r)).unwrap();
+    let r = calibrator.calibrate(&material.stiffness).unwrap();
+    let report = ModelReport::new(&material, &NeighbourhoodReport::new(&calibrator), &r);
+    let json = serde_json::to_value(report).unwrap();
     assert_eq!(json["model"], "hybrid");
     assert_eq!(json["form"], "stable");
     assert_eq!(json["stable"], true);

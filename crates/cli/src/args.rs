@@ -19,6 +19,7 @@ pub struct Cli {
 pub enum Command {
     Tensor(Tensor),
     Calibrate(Calibrate),
+    Advise(Advise),
     Pack(Pack),
     Lattice(Lattice),
     ElementTest(ElementTest),
@@ -60,7 +61,7 @@ pub struct Tensor {
 }
 
 /// Calibrate the bonds of a regular grid to a stiffness tensor: least-norm non-negative micromoduli, with the evidence
-/// of how good they are and, where they are not, why
+/// of how good they are and, where they are not, why; and whether the grid's waves are stable
 #[derive(Args)]
 #[command(after_help = "\
 Examples:
@@ -68,6 +69,8 @@ Examples:
   anisobond calibrate rock.toml --horizon 3 --spacing '2 mm' -o rock
   anisobond calibrate Te2W --shape ellipsoid --semi-axes 4,5,6 --influence constant --json
   anisobond calibrate Pyroceram --influence constant --lower-bound max
+  anisobond calibrate Te2W --model hybrid --horizon 3 -o te2w  # exact and stable: bonds and a nodal term
+  anisobond calibrate Si --model micropolar --promise free-rotations
   anisobond calibrate crystals.csv --horizon 3 -o crystals     # a table: interrupted, it goes on where it was
   anisobond calibrate crystals.csv --jsonl > crystals.jsonl
 
@@ -80,10 +83,21 @@ pub struct Calibrate {
     pub table: TableArgs,
     #[command(flatten)]
     pub neighbourhood: NeighbourhoodArgs,
-    /// Least micromodulus of every bond (N/m⁶), or `max` for the largest that is feasible
-    #[arg(long, default_value = "0", value_name = "X|max", allow_hyphen_values = true)]
-    pub lower_bound: String,
-    /// Exit with code 3 unless the bonds reach the target to this relative error
+    /// What the grid is made of; `anisobond advise` says which one a material needs
+    #[arg(long, value_enum, default_value_t = ModelName::Central)]
+    pub model: ModelName,
+    /// How hybrid shares the tensor between bonds and nodal term [default: remainder where its waves are stable, else
+    /// stable]
+    #[arg(long, value_enum)]
+    pub form: Option<FormName>,
+    /// Which tensor micropolar bonds bring onto the target: their sum, or what free node rotations leave of it
+    /// [default: sum]
+    #[arg(long, value_enum)]
+    pub promise: Option<PromiseName>,
+    /// Least micromodulus of every bond (N/m⁶), or `max` for the largest that is feasible; central only [default: 0]
+    #[arg(long, value_name = "X|max", allow_hyphen_values = true)]
+    pub lower_bound: Option<String>,
+    /// Exit with code 3 unless the model promises the target to this relative error
     #[arg(long, value_name = "ERROR", num_args = 0..=1, default_missing_value = "1e-9", require_equals = true)]
     pub require_exact: Option<f64>,
     /// Folder for the results: bonds, report, VTK file and pictures; of a table, one CSV
@@ -98,6 +112,49 @@ pub struct Calibrate {
     /// Print one JSON line per row of a table, in its order
     #[arg(long)]
     pub jsonl: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ModelName {
+    /// Normal bonds: Cauchy-symmetric tensors
+    Central,
+    /// Normal and tangential bonds, node rotations free
+    Micropolar,
+    /// Normal bonds and a nodal term: every positive definite tensor
+    Hybrid,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum FormName {
+    /// The central bonds; the nodal term is what they leave
+    Remainder,
+    /// A positive nodal term of least trace, bonds above a positive floor
+    Stable,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum PromiseName {
+    /// The sum over bonds at uniform strain without node rotations
+    Sum,
+    /// What an element test of the perfect grid measures
+    FreeRotations,
+}
+
+/// Say which model a stiffness tensor needs: what each reaches, how stable it is and what it costs
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  anisobond advise KIO3
+  anisobond advise rock.toml --json
+  anisobond advise crystals.csv --row mp-149")]
+pub struct Advise {
+    /// Built-in name or the path of a material file
+    pub material: String,
+    #[command(flatten)]
+    pub table: TableArgs,
+    /// Print one JSON document
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// How rows of a table are read.
@@ -214,19 +271,37 @@ pub enum CrystalName {
     Hcp,
 }
 
-/// What a lattice is made of.
+/// How a packing's bonds are made.
 #[derive(Args)]
-pub struct LatticeArgs {
-    /// Periodic packing (.txt, .csv, .vtp, .data)
-    pub packing: PathBuf,
-    /// Built-in name or material file; transversely isotropic
-    pub material: String,
+pub struct BondArgs {
     /// Contact radius I_R: bonds where |x₁ − x₂| ≤ I_R (r₁ + r₂)
     #[arg(long, default_value_t = 1.8, allow_negative_numbers = true)]
     pub contact_radius: f64,
     /// Turn the material until its anisotropy axis lies along x,y,z, or strike-dip:α,β in degrees
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub axis: Option<String>,
+    /// central: normal bonds; micropolar: normal and tangential bonds, nodes that rotate; hybrid: normal bonds and a
+    /// nodal term [default: micropolar on packings, central on grids]
+    #[arg(long, value_enum)]
+    pub model: Option<LatticeModelName>,
+    /// Correct the bonds by their own element test until the measured tensor is the target: the four elliptic moduli, or
+    /// everything the model controls, for any positive definite tensor [default: elliptic where these can meet it]
+    #[arg(long, value_enum, value_name = "FORM", num_args = 0..=1, default_missing_value = "auto")]
+    pub correct: Option<CorrectName>,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub enum LatticeModelName {
+    Central,
+    Micropolar,
+    Hybrid,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub enum CorrectName {
+    Auto,
+    Elliptic,
+    General,
 }
 
 /// Assign orientation-dependent stiffnesses to the bonds of a packing, and sum them up
@@ -234,10 +309,16 @@ pub struct LatticeArgs {
 #[command(after_help = "\
 Examples:
   anisobond lattice sample.txt cases/materials/rock.toml --contact-radius 1.8
-  anisobond lattice sample.txt rock.toml --axis strike-dip:270,25 -o lattice   # bonds, VTK, pictures")]
+  anisobond lattice sample.txt rock.toml --axis strike-dip:270,25 -o lattice   # bonds, VTK, pictures
+  anisobond lattice sample.txt rock.toml --contact-radius 1.4 --correct -o lattice
+  anisobond lattice sample.txt Si --model hybrid --correct --json")]
 pub struct Lattice {
+    /// Periodic packing (.txt, .csv, .vtp, .data)
+    pub packing: PathBuf,
+    /// Built-in name or material file; transversely isotropic, unless another model or --correct general is asked for
+    pub material: String,
     #[command(flatten)]
-    pub lattice: LatticeArgs,
+    pub bonds: BondArgs,
     /// Folder for bonds (CSV), report and pictures
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
@@ -246,17 +327,38 @@ pub struct Lattice {
     pub json: bool,
 }
 
-/// Measure the stiffness of a packing's lattice by element tests
+/// Measure the stiffness of a packing's lattice, or of a cell of a grid, by element tests
 #[derive(Args)]
-#[command(after_help = "\
+#[command(
+    allow_missing_positional = true,
+    mut_arg("contact_radius", |a| a.conflicts_with("grid")),
+    mut_arg("axis", |a| a.conflicts_with("grid")),
+    mut_arg("horizon", |a| a.conflicts_with("packing")),
+    mut_arg("shape", |a| a.conflicts_with("packing")),
+    mut_arg("semi_axes", |a| a.conflicts_with("packing")),
+    mut_arg("influence", |a| a.conflicts_with("packing")),
+    mut_arg("spacing", |a| a.conflicts_with("packing")),
+    mut_arg("rotate", |a| a.conflicts_with("packing")),
+    after_help = "\
 Examples:
   anisobond element-test sample.txt cases/materials/rock.toml --contact-radius 1.8
   anisobond element-test sample.txt rock.toml --rotations blocked --json
-  anisobond element-test sample.txt rock.toml -o tested      # report and directional stiffness as pictures")]
+  anisobond element-test sample.txt rock.toml -o tested      # report and directional stiffness as pictures
+  anisobond element-test sample.txt Te2W --model hybrid --correct
+  anisobond element-test KIO3 --grid 6 --horizon 3 --model micropolar
+  anisobond element-test KIO3 --grid 8,8,6 --horizon 3 --missing 0.1 --displaced 0.2 --void 2 --seed 7 -o cell"
+)]
 pub struct ElementTest {
+    /// Periodic packing (.txt, .csv, .vtp, .data); not with --grid
+    #[arg(conflicts_with = "grid", required_unless_present = "grid")]
+    pub packing: Option<PathBuf>,
+    /// Built-in name or material file
+    pub material: String,
     #[command(flatten)]
-    pub lattice: LatticeArgs,
-    /// Whether spheres rotate so that their moments balance
+    pub bonds: BondArgs,
+    #[command(flatten)]
+    pub grid: GridArgs,
+    /// Whether nodes rotate so that their moments balance
     #[arg(long, value_enum, default_value_t = RotationsName::Free)]
     pub rotations: RotationsName,
     /// static: small strain, periodic homogenisation; dynamic: the document's servo-controlled test at finite strain
@@ -265,12 +367,36 @@ pub struct ElementTest {
     /// Logarithmic strain of the dynamic test
     #[arg(long, default_value_t = -0.01, allow_negative_numbers = true)]
     pub strain: f64,
-    /// Folder for report and pictures
+    /// Folder for report, pictures and, of corrected or grid bonds, their table
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
     /// Print one JSON document
     #[arg(long)]
     pub json: bool,
+    #[command(flatten)]
+    pub neighbourhood: NeighbourhoodArgs,
+}
+
+/// A periodic cell of a grid, perfect or with defects.
+#[derive(Args)]
+#[command(next_help_heading = "Grid cell")]
+pub struct GridArgs {
+    /// Test a cell of N×N×N or N₁×N₂×N₃ nodes instead of a packing
+    #[arg(long, value_name = "N[,N,N]")]
+    pub grid: Option<String>,
+    /// Share of the nodes that is missing, chosen by --seed
+    #[arg(long, value_name = "SHARE", conflicts_with = "packing", allow_negative_numbers = true)]
+    pub missing: Option<f64>,
+    /// Largest displacement of a node along each axis, in grid spacings
+    #[arg(long, value_name = "SPACINGS", conflicts_with = "packing", allow_negative_numbers = true)]
+    pub displaced: Option<f64>,
+    /// Spherical void: its radius in grid spacings around the cell's middle, or x,y,z,radius in places along the grid's
+    /// axes (repeatable)
+    #[arg(long, value_name = "R|X,Y,Z,R", conflicts_with = "packing", allow_hyphen_values = true)]
+    pub void: Vec<String>,
+    /// Cells of equal seeds are equal
+    #[arg(long, conflicts_with = "packing")]
+    pub seed: Option<u64>,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -289,7 +415,7 @@ pub enum MethodName {
 #[derive(Args)]
 #[command(after_help = "\
 A table is TOML (lists and ranges, every combination), CSV, XLS or XLSX (`=` repeats the cell above), with the parameters
-packing, contact_radius, material or c11 c33 c13 c12, axis or strike and dip, rotations.
+packing, contact_radius, material or c11 c33 c13 c12, axis or strike and dip, rotations, method, strain, model, correct.
 
 Examples:
   anisobond sweep cases/contact-radius.toml -o radius      # results.sqlite, results.csv, stiffness.svg/png, logs

@@ -2,16 +2,17 @@
 
 use std::path::Path;
 
-use anisobond::calibration::{Calibration, Calibrator, LowerBound};
-use anisobond::io::{self, CalibrationReport, parse_orientation, picture};
+use anisobond::calibration::{HybridForm, LowerBound, ModelCalibration, ModelCalibrator, ModelSettings, Promise};
+use anisobond::io::{self, BondModuli, ModelReport, NeighbourhoodReport, parse_orientation, picture};
 use anisobond::lattice::{Influence, Neighbourhood, Shape};
 use anisobond::tensor::Material;
 use anisobond::{Error, Result};
 
-use crate::{Ending, args, folder, table, text};
+use crate::args::{FormName, ModelName, PromiseName};
+use crate::{Ending, args, calibration_text, folder, table, text};
 
 pub fn run(args: &args::Calibrate) -> Result<Ending> {
-    let bound = lower_bound(&args.lower_bound)?;
+    let settings = settings(args)?;
     if let Some(error) = args.require_exact
         && (error.is_nan() || error < 0.0)
     {
@@ -20,34 +21,65 @@ pub fn run(args: &args::Calibrate) -> Result<Ending> {
     let views = views(&args.cut)?;
     if args.table.row.is_none() && io::is_table(&args.material) {
         let neighbourhood = neighbourhood(&args.neighbourhood)?;
-        return table::run(args, &Calibrator::new(&neighbourhood), bound);
+        return table::run(args, &ModelCalibrator::new(&neighbourhood, settings)?);
     }
     if args.jsonl {
         return Err(Error::input(format!("--jsonl, but {} is one material", args.material), "use --json"));
     }
     let material = io::find_material(&args.material, args.table.row.as_deref(), args.table.unit.as_deref())?;
     let neighbourhood = neighbourhood(&args.neighbourhood)?;
-    let calibrator = Calibrator::new(&neighbourhood);
-    let r = calibrator.calibrate(&material.stiffness, bound)?;
-    let report = CalibrationReport::new(&material, &calibrator, &r);
+    let calibrator = ModelCalibrator::new(&neighbourhood, settings)?;
+    let r = calibrator.calibrate(&material.stiffness)?;
+    let report = ModelReport::new(&material, &NeighbourhoodReport::new(&calibrator), &r);
     if let Some(folder) = &args.output {
         write_folder(folder, &material, &neighbourhood, &r, &report, views)?;
     }
     if args.json {
         text::print_json(&report)?;
     } else {
-        text::print(&describe(&report))?;
+        text::print(&calibration_text::describe(&report))?;
     }
+    let promised = r.promised_error();
     Ok(match args.require_exact {
-        Some(error) if !r.exact(error) => {
+        Some(error) if promised.is_nan() || promised > error => {
             eprintln!(
-                "anisobond: the bonds reach the target to {} %, not to the required {} %",
-                text::number(100.0 * r.relative_error),
+                "anisobond: the {} model promises the target to {} %, not to the required {} %",
+                r.model().name(),
+                text::number(100.0 * promised),
                 text::number(100.0 * error)
             );
             Ending::NotExact
         }
         _ => Ending::Done,
+    })
+}
+
+/// The model that the flags describe; flags of another model are refused.
+fn settings(args: &args::Calibrate) -> Result<ModelSettings> {
+    let only = |flag: &str, model: &str| {
+        Error::input(format!("{flag} belongs to {model}"), format!("add --model {model}, or leave it out"))
+    };
+    match (args.model, args.form, args.promise) {
+        (ModelName::Central | ModelName::Micropolar, Some(_), _) => return Err(only("--form", "hybrid")),
+        (ModelName::Central | ModelName::Hybrid, _, Some(_)) => return Err(only("--promise", "micropolar")),
+        _ => {}
+    }
+    if let (ModelName::Micropolar | ModelName::Hybrid, Some(bound)) = (args.model, &args.lower_bound) {
+        return Err(Error::input(
+            format!("--lower-bound {bound} belongs to central bonds"),
+            "leave it out: micropolar bonds are ≥ 0, hybrid --form stable has a positive floor of its own",
+        ));
+    }
+    Ok(match args.model {
+        ModelName::Central => ModelSettings::Central(lower_bound(args.lower_bound.as_deref().unwrap_or("0"))?),
+        ModelName::Micropolar => ModelSettings::Micropolar(match args.promise {
+            None | Some(PromiseName::Sum) => Promise::Sum,
+            Some(PromiseName::FreeRotations) => Promise::FreeRotations,
+        }),
+        ModelName::Hybrid => ModelSettings::Hybrid(args.form.map(|form| match form {
+            FormName::Remainder => HybridForm::Remainder,
+            FormName::Stable => HybridForm::Stable,
+        })),
     })
 }
 
@@ -62,7 +94,7 @@ fn lower_bound(text: &str) -> Result<LowerBound> {
 }
 
 /// The neighbourhood that the flags describe.
-fn neighbourhood(args: &args::NeighbourhoodArgs) -> Result<Neighbourhood> {
+pub fn neighbourhood(args: &args::NeighbourhoodArgs) -> Result<Neighbourhood> {
     let (spacing, _) = text::length(&args.spacing, "--spacing")?;
     let semi_axes =
         args.semi_axes.as_deref().map(|a| text::vector(a, "--semi-axes").map(|v| [v.x, v.y, v.z])).transpose()?;
@@ -128,83 +160,34 @@ fn write_folder(
     folder: &Path,
     material: &Material,
     neighbourhood: &Neighbourhood,
-    r: &Calibration,
-    report: &CalibrationReport,
+    r: &ModelCalibration,
+    report: &ModelReport,
     views: Option<Vec<picture::View>>,
 ) -> Result<()> {
-    let c = &r.micromodulus;
+    let moduli = BondModuli::of(r);
     let mut options = picture::NeighbourhoodPicture::of(&material.name);
     if let Some(views) = views {
         options.views = views;
     }
-    let scene = picture::neighbourhood_scene(neighbourhood, c, &options)?;
-    let files: [(&str, Vec<u8>); 5] = [
+    let mut files: Vec<(&str, Vec<u8>)> = vec![
         ("calibration.json", folder::json(report, folder)?),
-        ("bonds.csv", io::bonds_csv(neighbourhood, c, &material.name)?.into_bytes()),
-        ("neighbourhood.vtp", io::neighbourhood_vtp(neighbourhood, c)?.into_bytes()),
-        ("neighbourhood.svg", scene.svg().into_bytes()),
-        ("neighbourhood.png", scene.png(PICTURE_WIDTH)?),
+        ("bonds.csv", io::bonds_csv(neighbourhood, &moduli, &material.name)?.into_bytes()),
+        ("neighbourhood.vtp", io::neighbourhood_vtp(neighbourhood, &moduli)?.into_bytes()),
     ];
+    if moduli.tangential.is_some() {
+        options.quantity = "normal micromodulus c_n".into();
+    }
+    let scene = picture::neighbourhood_scene(neighbourhood, moduli.normal, &options)?;
+    files.push(("neighbourhood.svg", scene.svg().into_bytes()));
+    files.push(("neighbourhood.png", scene.png(PICTURE_WIDTH)?));
+    if let Some(tangential) = moduli.tangential {
+        options.quantity = "tangential micromodulus c_t".into();
+        let scene = picture::neighbourhood_scene(neighbourhood, tangential, &options)?;
+        files.push(("neighbourhood-tangential.svg", scene.svg().into_bytes()));
+        files.push(("neighbourhood-tangential.png", scene.png(PICTURE_WIDTH)?));
+    }
     folder::write(folder, &files)
 }
 
 /// Width of the PNG picture (pixels).
 const PICTURE_WIDTH: u32 = 1800;
-
-fn describe(r: &CalibrationReport) -> String {
-    let n = &r.neighbourhood;
-    let (unit, name) = text::stress_unit(text::largest(&r.target));
-    let mut out = r.material.clone();
-    if !r.source.is_empty() {
-        out += &format!(" ({})", r.source);
-    }
-    let [a, b, c] = n.semi_axes.map(text::number);
-    let shape = match n.shape.as_str() {
-        "sphere" | "cube" => n.shape.clone(),
-        other => format!("{other} {a} × {b} × {c}"),
-    };
-    out += &format!(
-        "\n{} bonds: {shape}, horizon {} Δ, Δ = {} m, influence {}\n",
-        n.bonds,
-        text::number(n.horizon),
-        text::number(n.spacing),
-        n.influence
-    );
-    out += &format!("\n  {:61} {}\n", format!("target ({name})"), format_args!("reached ({name})"));
-    for (target, reached) in text::matrix_rows(&r.target, unit).iter().zip(text::matrix_rows(&r.reached, unit)) {
-        out += &format!("{target}  {reached}\n");
-    }
-    let percent = |x: f64| if x < 1e-14 { "0".into() } else { text::number(100.0 * x) };
-    out += &format!(
-        "\nrelative error   {} %  (Cauchy gap {} %: the least that central bonds can reach)\n",
-        percent(r.relative_error),
-        percent(r.cauchy_gap)
-    );
-    match &r.infeasibility {
-        None => out += "feasible         yes\n",
-        Some(i) => {
-            out += &format!("feasible         no: {}\n", i.explanation);
-            out += &format!(
-                "certificate      y(n) ≤ {:.1e} on every bond, y·S = {} {name}, distance {} % of the Cauchy part\n",
-                i.largest_bond_product,
-                text::number(i.target_product / unit),
-                percent(i.distance)
-            );
-        }
-    }
-    out += &format!("anisotropy A^U   {}\n", text::number(r.universal_anisotropy));
-    let m = &r.micromodulus;
-    out += &format!(
-        "micromodulus c   {} … {} N/m⁶, mean {}, {} of {} bonds zero\n",
-        text::number(m.min),
-        text::number(m.max),
-        text::number(m.mean),
-        m.zero,
-        n.bonds
-    );
-    if r.lower_bound > 0.0 {
-        out += &format!("lower bound      {} N/m⁶\n", text::number(r.lower_bound));
-    }
-    out += &format!("solver           {} Newton steps, residual {:.1e}\n", r.solver.iterations, r.solver.residual);
-    out
-}

@@ -1,18 +1,24 @@
 //! `anisobond lattice` and `anisobond element-test`.
 
+use std::path::Path;
+
 use anisobond::Result;
+use anisobond::calibration::Model;
 use anisobond::experiment::element_test::{DynamicTest, ElementTest, Rotations};
-use anisobond::experiment::{LatticeStudy, anisotropy_axis, turned_to_axis};
+use anisobond::experiment::{
+    Correction, CorrectionChoice, CorrectionForm, CorrectionReport, LatticePlan, LatticeStudy, anisotropy_axis,
+    turned_to_axis,
+};
 use anisobond::io::lattice_report::Checks;
 use anisobond::io::report::Voigt;
 use anisobond::io::{self, ElementTestReport, LatticeReport, picture};
 use anisobond::tensor::{Material, Stiffness};
 use nalgebra::{Matrix6, Vector3};
 
-use crate::{Ending, args, folder, text};
+use crate::{Ending, args, folder, grid_test, text};
 
 pub fn run(args: &args::Lattice) -> Result<Ending> {
-    let (material, study) = study(&args.lattice)?;
+    let (material, study) = study(&args.packing, &args.material, &args.bonds, Rotations::Free)?;
     let report = LatticeReport::new(&material, &study)?;
     if let Some(folder) = &args.output {
         let stiffness = &study.stiffness;
@@ -45,8 +51,9 @@ pub fn run(args: &args::Lattice) -> Result<Ending> {
 }
 
 pub fn test(args: &args::ElementTest) -> Result<Ending> {
-    let (material, study) = study(&args.lattice)?;
     let rotations = if args.rotations == args::RotationsName::Free { Rotations::Free } else { Rotations::Blocked };
+    let Some(packing) = &args.packing else { return grid_test::run(args, rotations) };
+    let (material, study) = study(packing, &args.material, &args.bonds, rotations)?;
     let report = match args.method {
         args::MethodName::Static => {
             let result = ElementTest { rotations, ..ElementTest::default() }.run(&study.network())?;
@@ -59,19 +66,15 @@ pub fn test(args: &args::ElementTest) -> Result<Ending> {
     };
     if let Some(folder) = &args.output {
         let measured = stiffness_of(&report.measured)?;
-        let tensors = [("prescribed", &study.fit.prescribed), ("measured", &measured)];
-        let title = format!("Young's modulus of {}", material.name);
+        let tensors = [("prescribed", &study.prescribed), ("measured", &measured)];
         let subtitle = format!("contact radius {}", text::number(report.lattice.contact_radius));
-        let polar = picture::directional_picture(&title, &subtitle, &tensors)?;
-        folder::write(
-            folder,
-            &[
-                ("element-test.json", folder::json(&report, folder)?),
-                ("directional.svg", polar.svg().into_bytes()),
-                ("directional.png", polar.png(PICTURE_WIDTH)?),
-                ("directional.csv", picture::directional_csv(&tensors)?.into_bytes()),
-            ],
-        )?;
+        let mut files = vec![("element-test.json", folder::json(&report, folder)?)];
+        files.extend(directional(&material, &subtitle, &tensors)?);
+        if study.correction.is_some() {
+            let bonds = io::lattice_bonds_csv(&study.lattice, &study.stiffness, &material.name);
+            files.push(("bonds.csv", bonds.into_bytes()));
+        }
+        folder::write(folder, &files)?;
     }
     if args.json {
         text::print_json(&report)?;
@@ -90,9 +93,51 @@ pub fn test(args: &args::ElementTest) -> Result<Ending> {
 /// Width of PNG pictures (pixels).
 const PICTURE_WIDTH: u32 = 1600;
 
-fn study(args: &args::LatticeArgs) -> Result<(Material, LatticeStudy)> {
-    let mut material = io::find_material(&args.material, None, None)?;
-    let packing = io::read_packing(&args.packing)?;
+/// Pictures and numbers of Young's modulus over directions.
+pub fn directional(
+    material: &Material,
+    subtitle: &str,
+    tensors: &[(&str, &Stiffness)],
+) -> Result<Vec<(&'static str, Vec<u8>)>> {
+    let polar = picture::directional_picture(&format!("Young's modulus of {}", material.name), subtitle, tensors)?;
+    Ok(vec![
+        ("directional.svg", polar.svg().into_bytes()),
+        ("directional.png", polar.png(PICTURE_WIDTH)?),
+        ("directional.csv", picture::directional_csv(tensors)?.into_bytes()),
+    ])
+}
+
+/// The library's model; the default where none is named.
+pub fn model(name: Option<args::LatticeModelName>, default: Model) -> Model {
+    match name {
+        None => default,
+        Some(args::LatticeModelName::Central) => Model::Central,
+        Some(args::LatticeModelName::Micropolar) => Model::Micropolar,
+        Some(args::LatticeModelName::Hybrid) => Model::Hybrid,
+    }
+}
+
+fn plan(args: &args::BondArgs, rotations: Rotations) -> LatticePlan {
+    let correction = Correction { test: ElementTest { rotations, ..ElementTest::default() }, ..Correction::default() };
+    let choice = |name| match name {
+        args::CorrectName::Auto => CorrectionChoice::Automatic,
+        args::CorrectName::Elliptic => CorrectionChoice::Elliptic,
+        args::CorrectName::General => CorrectionChoice::General,
+    };
+    LatticePlan {
+        model: model(args.model, Model::Micropolar),
+        correction: args.correct.map(|name| (choice(name), correction)),
+    }
+}
+
+fn study(
+    packing: &Path,
+    material: &str,
+    args: &args::BondArgs,
+    rotations: Rotations,
+) -> Result<(Material, LatticeStudy)> {
+    let mut material = io::find_material(material, None, None)?;
+    let packing = io::read_packing(packing)?;
     if let Some(given) = &args.axis {
         let axis = match given.contains(':') {
             true => io::parse_orientation(given).map_err(|e| e.at("--axis"))? * Vector3::z(),
@@ -101,12 +146,15 @@ fn study(args: &args::LatticeArgs) -> Result<(Material, LatticeStudy)> {
         material.stiffness = turned_to_axis(&material.stiffness, &axis)?;
     }
     let axis = anisotropy_axis(&material.stiffness);
-    let study = LatticeStudy::new(packing, &material.stiffness, &axis, args.contact_radius)?;
-    if study.fit.distance > 1e-6 {
+    let plan = plan(args, rotations);
+    let study = LatticeStudy::planned(packing, &material.stiffness, &axis, args.contact_radius, &plan)?;
+    if let Some(fit) = study.fit
+        && fit.distance > 1e-6
+    {
         eprintln!(
             "note: {} is {} % away from transverse isotropy about the axis; its closest such tensor is used",
             material.name,
-            text::number(100.0 * study.fit.distance)
+            text::number(100.0 * fit.distance)
         );
     }
     Ok((material, study))
@@ -119,31 +167,79 @@ fn stiffness_of(rows: &Voigt) -> Result<Stiffness> {
 fn describe(r: &LatticeReport) -> String {
     let (unit, name) = text::stress_unit(text::largest(&r.prescribed));
     let stress = |x: f64| format!("{} {name}", text::number(x / unit));
-    let e = &r.lattice_moduli;
     let mut out = format!(
-        "{} on {} spheres, contact radius {}\n{} contacts, {} per sphere; axis {}\n\n",
+        "{} on {} spheres, contact radius {}, model {}\n{} contacts, {} per sphere",
         r.material,
         r.packing.number,
         text::number(r.contact_radius),
+        model_name(r.model),
         r.contacts,
-        text::number(r.coordination),
-        text::direction(&r.axis)
+        text::number(r.coordination)
     );
-    out += &format!("μ                 {}\n", text::number(r.mu));
-    out += &format!("lattice moduli    E_N^a′ {}  E_N^b′ {}  ", stress(e.en_a), stress(e.en_b));
-    out += &format!("E_T^a′ {}  E_T^b′ {}\n", stress(e.et_a), stress(e.et_b));
-    if (r.c44.given - r.c44.dependent).abs() > 1e-9 * r.c44.given.abs() {
-        out += &format!(
-            "C44               {} prescribed for the material's {} (four constants are free)\n",
-            stress(r.c44.dependent),
-            stress(r.c44.given)
-        );
+    out += &r.elliptic.as_ref().map_or(String::new(), |e| format!("; axis {}", text::direction(&e.axis)));
+    out += &format!("\n\nμ                 {}\n", text::number(r.mu));
+    if let Some(elliptic) = &r.elliptic {
+        let (e, c44) = (&elliptic.lattice_moduli, &elliptic.c44);
+        out += &format!("lattice moduli    E_N^a′ {}  E_N^b′ {}  ", stress(e.en_a), stress(e.en_b));
+        out += &format!("E_T^a′ {}  E_T^b′ {}\n", stress(e.et_a), stress(e.et_b));
+        if (c44.given - c44.dependent).abs() > 1e-9 * c44.given.abs() {
+            out += &format!(
+                "C44               {} prescribed for the material's {} (four constants are free)\n",
+                stress(c44.dependent),
+                stress(c44.given)
+            );
+        }
+    }
+    if let Some(correction) = &r.correction {
+        out += &describe_correction(correction);
+    }
+    out
+}
+
+/// A model as it is named on the command line.
+pub fn model_name(model: Model) -> &'static str {
+    match model {
+        Model::Central => "central",
+        Model::Micropolar => "micropolar",
+        Model::Hybrid => "hybrid",
+    }
+}
+
+/// How a correction went.
+pub fn describe_correction(r: &CorrectionReport) -> String {
+    let percent = |x: &f64| format!("{:.2e} %", 100.0 * x);
+    let history: Vec<String> = r.history.iter().map(percent).collect();
+    let form = match r.form {
+        CorrectionForm::Elliptic => "elliptic moduli",
+        CorrectionForm::General => "moduli of every direction",
+        CorrectionForm::Central => "normal moduli of every direction",
+        CorrectionForm::Nodal => "nodal term",
+    };
+    let mut out = format!("corrected         {form}: {} corrections, error {}\n", r.corrections, history.join(" → "));
+    out += &format!(
+        "                  k_n {} … {} N/m, k_t {} … {} N/m\n",
+        text::number(r.smallest_normal),
+        text::number(r.largest_normal),
+        text::number(r.smallest_tangential),
+        text::number(r.largest_tangential)
+    );
+    if let Some(nodal) = &r.nodal {
+        let sign = if nodal.positive {
+            "positive: nothing has negative energy".to_string()
+        } else {
+            format!("negative by {} Pa, yet no displacement of negative energy was met", text::number(-nodal.moduli[0]))
+        };
+        out +=
+            &format!("                  Z is {sign}; {} % of the bonds kept\n", text::number(100.0 * nodal.bond_share));
+    }
+    if let Some(shortfall) = &r.shortfall {
+        out += &format!("                  {shortfall}\n");
     }
     out
 }
 
 /// The components that differ for a transversely isotropic tensor, side by side.
-fn components(columns: &[(&str, &Voigt)]) -> String {
+pub fn components(columns: &[(&str, &Voigt)]) -> String {
     let (unit, name) = text::stress_unit(columns.iter().map(|c| text::largest(c.1)).fold(0.0, f64::max));
     let mut out = format!("\n  {:8}", format!("({name})"));
     columns.iter().for_each(|(title, _)| out += &format!("{title:>12}"));

@@ -3,10 +3,13 @@
 //! Answers go to stdout, progress and messages to stderr. Exit codes: 0 done, 1 a verification deviates, 2 bad input,
 //! 3 `--require-exact` asked and not reached, 130 interrupted.
 
+mod advise;
 mod args;
 mod calibrate;
+mod calibration_text;
 mod case;
 mod folder;
+mod grid_test;
 mod interrupt;
 mod lattice;
 mod materials;
@@ -57,6 +60,7 @@ fn run(cli: args::Cli) -> Result<Ending> {
     match cli.command {
         args::Command::Tensor(a) => tensor::run(&a),
         args::Command::Calibrate(a) => calibrate::run(&a),
+        args::Command::Advise(a) => advise::run(&a),
         args::Command::Pack(a) => pack::run(&a),
         args::Command::Lattice(a) => lattice::run(&a),
         args::Command::ElementTest(a) => lattice::test(&a),

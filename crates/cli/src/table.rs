@@ -1,6 +1,6 @@
 //! `anisobond calibrate TABLE`: progress, interruption, and the table's results.
 
-use anisobond::calibration::{Calibrator, LowerBound};
+use anisobond::calibration::ModelCalibrator;
 use anisobond::io::{Journal, TableResults, calibrate_table, read_table};
 use anisobond::{Error, Result};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -8,7 +8,7 @@ use serde_json::json;
 
 use crate::{Ending, args, interrupt, text};
 
-pub fn run(args: &args::Calibrate, calibrator: &Calibrator, bound: LowerBound) -> Result<Ending> {
+pub fn run(args: &args::Calibrate, calibrator: &ModelCalibrator) -> Result<Ending> {
     let table = read_table(&args.material, args.table.unit.as_deref())?;
     let mut journal = match &args.output {
         None => None,
@@ -23,7 +23,7 @@ pub fn run(args: &args::Calibrate, calibrator: &Calibrator, bound: LowerBound) -
         progress.set_style(style);
     }
     let results =
-        calibrate_table(&table, calibrator, bound, journal.as_mut(), stop, |done| progress.set_position(done as u64))?;
+        calibrate_table(&table, calibrator, journal.as_mut(), stop, |done| progress.set_position(done as u64))?;
     progress.finish_and_clear();
     let all = table.rows.len();
     if results.finished() < all {
@@ -51,11 +51,13 @@ fn report(args: &args::Calibrate, results: &TableResults) -> Result<Ending> {
                 let error = row["relative_error"].as_f64().unwrap_or(f64::NAN);
                 not_exact += usize::from(args.require_exact.is_some_and(|e| error.is_nan() || error > e));
                 lines += &format!(
-                    "{id:16} {:16} error {:>10} %  gap {:>10} %  {}\n",
+                    "{id:16} {:16} error {:>10} %  gap {:>10} %  {}{}{}\n",
                     row["material"].as_str().unwrap_or(""),
-                    text::number(100.0 * error),
-                    text::number(100.0 * row["cauchy_gap"].as_f64().unwrap_or(f64::NAN)),
+                    text::percent(error),
+                    text::percent(row["cauchy_gap"].as_f64().unwrap_or(f64::NAN)),
                     if row["feasible"] == true { "feasible" } else { "infeasible" },
+                    if row["stable"] == true { ", stable" } else { ", not stable" },
+                    row["form"].as_str().map_or(String::new(), |form| format!(", {form}")),
                 );
             }
         }

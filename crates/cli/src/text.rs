@@ -51,6 +51,16 @@ pub fn number(x: f64) -> String {
     }
 }
 
+/// A share in per cent; rounding is nothing.
+pub fn percent(x: f64) -> String {
+    if x < 1e-14 { "0".into() } else { number(100.0 * x) }
+}
+
+/// Name of a material, with its source.
+pub fn heading(material: &str, source: &str) -> String {
+    if source.is_empty() { material.into() } else { format!("{material} ({source})") }
+}
+
 /// The stress unit in which a tensor's largest component has one to three digits before the point.
 pub fn stress_unit(largest: f64) -> (f64, &'static str) {
     [(1e12, "TPa"), (1e9, "GPa"), (1e6, "MPa"), (1e3, "kPa")]

@@ -1,44 +1,12 @@
 //! The program as a user runs it: contracts of JSON and exit codes, files written, bad input, interruption.
 
+mod common;
+
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 
+use common::{anisobond, folder, json, refused, stdout, table_rows, write};
 use serde_json::Value;
-
-fn anisobond(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_anisobond")).args(args).output().unwrap()
-}
-
-/// stdout of a run that must succeed.
-fn stdout(args: &[&str]) -> String {
-    let output = anisobond(args);
-    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
-
-fn json(args: &[&str]) -> Value {
-    serde_json::from_str(&stdout(args)).unwrap()
-}
-
-/// stderr of a run that must end with a code, printing nothing on stdout.
-fn refused(args: &[&str], code: i32) -> String {
-    let output = anisobond(args);
-    let message = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(code), "{args:?}: {message}");
-    assert!(output.stdout.is_empty(), "{args:?} prints on stdout");
-    assert!(!message.contains("panicked"), "{message}");
-    message
-}
-
-fn folder() -> tempfile::TempDir {
-    tempfile::tempdir().unwrap()
-}
-
-fn write(folder: &tempfile::TempDir, name: &str, text: &str) -> String {
-    let path = folder.path().join(name);
-    std::fs::write(&path, text).unwrap();
-    path.to_str().unwrap().to_string()
-}
 
 const ROCK: &str = r#"
 name = "my rock"
@@ -173,28 +141,6 @@ fn a_folder_of_results() {
     let report: Value = serde_json::from_slice(&std::fs::read(out.join("calibration.json")).unwrap()).unwrap();
     assert_eq!(report["neighbourhood"]["spacing"], 0.002);
     assert!(std::fs::read(out.join("neighbourhood.png")).unwrap().starts_with(b"\x89PNG"));
-}
-
-fn table_rows(dir: &tempfile::TempDir) -> String {
-    // Twelve rows: cubic crystals, one broken number, one that is not positive definite.
-    let names: Vec<String> = (1..=6).flat_map(|a| (a..=6).map(move |b| format!("c{a}{b}"))).collect();
-    let mut text = format!("material_id,formula,{}\n", names.join(","));
-    for i in 0..12 {
-        let (c11, c12, c44) = (200.0 + f64::from(i), if i == 7 { 300.0 } else { 80.0 }, 90.0 - f64::from(i));
-        let value = |a: usize, b: usize| match (a, b) {
-            (1..=3, _) if a == b => c11,
-            (1..=3, 1..=3) => c12,
-            _ if a == b => c44,
-            _ => 0.0,
-        };
-        let mut row: Vec<String> =
-            (1..=6).flat_map(|a| (a..=6).map(move |b| (a, b))).map(|(a, b)| value(a, b).to_string()).collect();
-        if i == 3 {
-            row[0] = "abc".into();
-        }
-        text += &format!("x-{i},A{i}B,{}\n", row.join(","));
-    }
-    write(dir, "table.csv", &text)
 }
 
 #[test]
@@ -417,7 +363,7 @@ fn the_readme_commands_run() {
         }
         count += 1;
     }
-    assert_eq!(count, 14);
+    assert_eq!(count, 19);
 }
 
 /// The packing of the repository's cases.

@@ -22,6 +22,17 @@ pub enum Model {
     Hybrid,
 }
 
+impl Model {
+    /// central, micropolar or hybrid.
+    pub fn name(self) -> &'static str {
+        match self {
+            Model::Central => "central",
+            Model::Micropolar => "micropolar",
+            Model::Hybrid => "hybrid",
+        }
+    }
+}
+
 /// What one model does for a tensor.
 #[derive(Clone, Debug, Serialize)]
 pub struct ModelAdvice {
@@ -37,6 +48,8 @@ pub struct ModelAdvice {
     pub flops_per_bond: usize,
     /// What it reaches, and what it costs, in words.
     pub explanation: String,
+    /// What is known of its stability before a neighbourhood is chosen.
+    pub stability: String,
 }
 
 /// What the models reach of a tensor, and which one to take.
@@ -114,6 +127,8 @@ fn central(gap: f64, positive: bool) -> ModelAdvice {
         unknowns_per_node: 3,
         flops_per_bond: 20,
         explanation: format!("{reach}. Three displacements per node, one sweep over the bonds."),
+        stability: "bonds ≥ 0: no wave has negative energy, but one may have none where many bonds are zero"
+            .to_string(),
     }
 }
 
@@ -142,9 +157,12 @@ fn micropolar(c: &Stiffness, defect: &Vector3<f64>, triangle: bool, central_exac
         unknowns_per_node: 6,
         flops_per_bond: 70,
         explanation: format!(
-            "{reach}. Three displacements and three rotations per node, one sweep over the bonds, rotary inertia in \
-             dynamics."
+            "{reach}. This is the sum over bonds; free node rotations relax it, unless the tangential bonds are alike in \
+             all directions (promise `free-rotations` aims at the relaxed tensor). Three displacements and three \
+             rotations per node, one sweep over the bonds, rotary inertia in dynamics."
         ),
+        stability: "bonds ≥ 0: no wave has negative energy, but one may have none where many bonds are zero"
+            .to_string(),
     }
 }
 
@@ -159,6 +177,9 @@ fn hybrid() -> ModelAdvice {
         explanation: "reaches every positive definite tensor exactly, with positive waves in the form `stable`. Three \
                       displacements per node; a second sweep over the bonds for the averaged strain, and six numbers of \
                       nodal stress per node in between."
+            .to_string(),
+        stability: "`stable` has Z ⪰ 0 and no bond below a positive floor: every wave has positive energy; `remainder` \
+                    keeps the central bonds, and the calibration takes it only where its waves are positive"
             .to_string(),
     }
 }

@@ -165,7 +165,7 @@ impl<'a> Calibrator<'a> {
     }
 
     /// The neighbourhood.
-    pub fn neighbourhood(&self) -> &Neighbourhood {
+    pub fn neighbourhood(&self) -> &'a Neighbourhood {
         self.neighbourhood
     }
 

@@ -8,7 +8,7 @@ use std::collections::HashSet;
 use nalgebra::{Matrix6, Vector6};
 use serde::Serialize;
 
-use super::calibrator::{Calibration, Calibrator, LowerBound};
+use super::calibrator::{Calibration, Calibrator, LowerBound, primitive_direction};
 use super::dispersion::{Dispersion, LongWaves, Stability};
 use super::least_trace::{largest_relative, least_trace};
 use super::strain_average::StrainAverage;
@@ -31,6 +31,16 @@ pub enum HybridForm {
     Remainder,
     /// Z ⪰ 0 of least trace, with all bonds c ≥ l > 0. Exact; every wave that the bonds resist has positive energy.
     Stable,
+}
+
+impl HybridForm {
+    /// remainder or stable.
+    pub fn name(self) -> &'static str {
+        match self {
+            HybridForm::Remainder => "remainder",
+            HybridForm::Stable => "stable",
+        }
+    }
 }
 
 /// The bonds and the nodal term of a material, with the evidence.
@@ -91,7 +101,7 @@ impl<'a> HybridCalibrator<'a> {
             let n = bond.xi.normalize();
             let e = Vector6::from_fn(|a, _| n[PAIRS[a].0] * n[PAIRS[a].1] * mandel_weight(a));
             uniform += neighbourhood.stiffness_share(bond) * e * e.transpose();
-            if seen.insert(primitive(bond.offset)) {
+            if seen.insert(primitive_direction(bond.offset)) {
                 directions.push(e);
             }
         }
@@ -189,16 +199,4 @@ impl<'a> HybridCalibrator<'a> {
             least_trace,
         })
     }
-}
-
-/// The primitive offset along a bond, one of ±.
-fn primitive(offset: [i32; 3]) -> [i32; 3] {
-    let divisor = offset.iter().fold(0, |a, &b| gcd(a, b.abs())).max(1);
-    let sign = if offset > [0, 0, 0] { 1 } else { -1 };
-    offset.map(|x| sign * x / divisor)
-}
-
-/// Greatest common divisor of two numbers ≥ 0.
-fn gcd(a: i32, b: i32) -> i32 {
-    if b == 0 { a } else { gcd(b, a % b) }
 }

@@ -83,6 +83,16 @@ pub enum Promise {
     FreeRotations,
 }
 
+impl Promise {
+    /// sum or free-rotations.
+    pub fn name(self) -> &'static str {
+        match self {
+            Promise::Sum => "sum",
+            Promise::FreeRotations => "free-rotations",
+        }
+    }
+}
+
 /// Evidence that a tensor is out of reach of normal and tangential bonds.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MicropolarInfeasibility {
@@ -189,8 +199,13 @@ impl<'a> MicropolarCalibrator<'a> {
     }
 
     /// The neighbourhood.
-    pub fn neighbourhood(&self) -> &Neighbourhood {
+    pub fn neighbourhood(&self) -> &'a Neighbourhood {
         self.neighbourhood
+    }
+
+    /// Number of distinct ± directions of the bonds.
+    pub fn directions(&self) -> usize {
+        self.directions.len()
     }
 
     /// Dimension of the tensors that bonds of either sign can reach (21 when nothing is missing).

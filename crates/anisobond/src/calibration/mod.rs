@@ -8,7 +8,8 @@
 //!
 //! [`MicropolarCalibrator`] is the same in all 21 dimensions for normal and tangential bonds.
 //! What bonds cannot reach, a nodal term adds ([`HybridCalibrator`]); the waves of the grid show whether the whole is
-//! stable ([`Dispersion`]). [`advise`] says beforehand which model a tensor needs.
+//! stable ([`Dispersion`]). [`advise`] says beforehand which model a tensor needs, and [`ModelCalibrator`] is any of the
+//! three behind one door.
 //!
 //! On sphere packings the bonds' stiffnesses come from direction-dependent moduli instead ([`EllipticFit`],
 //! [`LatticeStiffness`]).
@@ -17,6 +18,7 @@ mod advice;
 mod best_fit;
 mod bounded_squares;
 mod calibrator;
+mod dense_reference;
 mod dispersion;
 mod dual_newton;
 mod fracture;
@@ -25,6 +27,7 @@ mod lattice_stiffness;
 mod least_trace;
 mod micropolar;
 mod microplane;
+mod model;
 pub mod naive;
 mod nnls;
 mod rays;
@@ -35,6 +38,7 @@ mod surface;
 pub use advice::{Advice, Model, ModelAdvice, advise};
 pub use best_fit::best_fit_stiffness;
 pub use calibrator::{Calibration, Calibrator, Cause, Infeasibility, LowerBound};
+pub use dense_reference::{DenseReference, ReferenceModel};
 pub use dispersion::{Dispersion, LongWaves, Stability};
 pub use fracture::{CrackPlanes, CriticalStretches, EnergyByNormal, FractureReport, fracture_energy};
 pub use hybrid::{HybridCalibration, HybridCalibrator, HybridForm, TraceEvidence};
@@ -49,6 +53,7 @@ pub use micropolar::{
     with_free_rotations,
 };
 pub(crate) use micropolar::{tensor_coordinates, tensor_of_coordinates};
+pub use model::{ModelCalibration, ModelCalibrator, ModelSettings, WaveEvidence};
 pub use sphere_rule::SphereRule;
 pub use strain_average::StrainAverage;
 pub use surface::{SurfaceStencil, SurfaceStencils, surface_stencils};

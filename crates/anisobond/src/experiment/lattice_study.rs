@@ -1,45 +1,182 @@
-//! A packing, a material and a contact radius: the lattice they make, and its stiffness prescribed, summed and measured.
+//! A packing, a material, a contact radius and a model: the lattice they make, and its stiffness prescribed, summed and
+//! measured.
 
 use nalgebra::{Rotation3, Vector3};
 
-use crate::Result;
-use crate::calibration::{EllipticFit, EllipticModuli, LatticeStiffness, best_fit_stiffness, unit_axis};
+use super::corrected::{CorrectedModuli, Correction, CorrectionReport, central_by_sum, hybrid_by_sum};
+use crate::calibration::{
+    EllipticFit, EllipticMicroplane, EllipticModuli, LatticeStiffness, Model, best_fit_stiffness, lattice_mu, unit_axis,
+};
 use crate::lattice::{Lattice, Packing};
-use crate::operator::Network;
+use crate::operator::{Network, NodalTerm};
 use crate::tensor::{SYMMETRY_TOLERANCE, Stiffness, SymmetryClass};
+use crate::{Error, Result};
 
-/// A lattice with the stiffnesses that S assigns to its bonds.
+/// Distance from transverse isotropy, and of C44 from its dependent value, within which elliptic moduli can meet a
+/// tensor (–).
+const ELLIPTIC: f64 = 1e-6;
+
+/// How a correction is asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CorrectionChoice {
+    /// Elliptic where elliptic moduli can meet the target, else general.
+    #[default]
+    Automatic,
+    /// The four elliptic moduli; of the micropolar model only.
+    Elliptic,
+    /// Everything that the model's moduli control, for any positive definite tensor.
+    General,
+}
+
+/// Which bonds a lattice gets.
+#[derive(Clone, Copy, Debug)]
+pub struct LatticePlan {
+    /// Central: k_t = 0. Micropolar: k_n and k_t. Hybrid: k_n and a nodal term.
+    pub model: Model,
+    /// Whether, and how, moduli are corrected by the lattice's own element test.
+    pub correction: Option<(CorrectionChoice, Correction)>,
+}
+
+/// A lattice with the stiffnesses of its bonds.
 #[derive(Clone, Debug)]
 pub struct LatticeStudy {
     /// The packing's lattice.
     pub lattice: Lattice,
-    /// The material as elliptic microplane moduli about its axis; the prescribed tensor.
-    pub fit: EllipticFit,
+    /// The model.
+    pub model: Model,
+    /// The tensor asked of the lattice (Pa): with elliptic moduli, what these prescribe; else the material's own.
+    pub prescribed: Stiffness,
+    /// The material as elliptic microplane moduli about its axis, where the lattice is made of these.
+    pub fit: Option<EllipticFit>,
     /// k_n and k_t of every contact.
     pub stiffness: LatticeStiffness,
+    /// The nodal term of the hybrid model.
+    pub nodal: Option<NodalTerm>,
+    /// The moduli that a correction ended with, and how it went.
+    pub correction: Option<(CorrectedModuli, CorrectionReport)>,
 }
 
 impl LatticeStudy {
-    /// The lattice of a periodic packing at contact radius I_R, for a stiffness transversely isotropic about an axis.
+    /// The lattice of a periodic packing at contact radius I_R with S's own bonds: elliptic moduli (E_N, E_T) for a
+    /// stiffness transversely isotropic about an axis.
     ///
     /// # Errors
     /// A lattice that cannot be made ([`Lattice::new`]) or moduli that are not admissible
     /// ([`EllipticModuli::admissible`]).
     pub fn new(packing: Packing, target: &Stiffness, axis: &Vector3<f64>, contact_radius: f64) -> Result<Self> {
         let fit = EllipticFit::new(target, axis)?;
+        LatticeStudy::elliptic(Lattice::new(packing, contact_radius)?, fit, None)
+    }
+
+    /// The lattice of a periodic packing at contact radius I_R by a plan: S's own bonds ([`LatticeStudy::new`]) for the
+    /// micropolar model without correction or with the elliptic one; otherwise what the plan's model does for any
+    /// positive definite tensor, by the sum over bonds ([`central_by_sum`], [`hybrid_by_sum`]) or corrected
+    /// ([`Correction`]).
+    ///
+    /// # Errors
+    /// As [`LatticeStudy::new`]; an elliptic correction of another model than the micropolar one; a tensor that is not
+    /// positive definite; what the correction refuses.
+    pub fn planned(
+        packing: Packing,
+        target: &Stiffness,
+        axis: &Vector3<f64>,
+        contact_radius: f64,
+        plan: &LatticePlan,
+    ) -> Result<Self> {
+        target.require_positive_definite()?;
         let lattice = Lattice::new(packing, contact_radius)?;
-        let stiffness = LatticeStiffness::new(&lattice, &fit.microplane)?;
-        Ok(LatticeStudy { lattice, fit, stiffness })
+        match (plan.model, plan.correction) {
+            (Model::Micropolar, None) => LatticeStudy::elliptic(lattice, EllipticFit::new(target, axis)?, None),
+            (Model::Micropolar, Some((choice, correction))) => match elliptic_fit(target, axis, choice)? {
+                Some(fit) => LatticeStudy::elliptic(lattice, fit, Some(&correction)),
+                None => LatticeStudy::general(lattice, target, &correction),
+            },
+            (Model::Central | Model::Hybrid, Some((CorrectionChoice::Elliptic, _))) => Err(Error::input(
+                "the elliptic correction needs tangential bonds",
+                "use --correct general, or the micropolar model",
+            )),
+            (Model::Central, correction) => LatticeStudy::central(lattice, target, correction.map(|c| c.1)),
+            (Model::Hybrid, correction) => LatticeStudy::hybrid(lattice, target, correction.map(|c| c.1)),
+        }
     }
 
-    /// Lattice moduli E′ = E/μ (Pa) (S eq-Eelliptic-micro).
-    pub fn lattice_moduli(&self) -> EllipticModuli {
-        self.fit.microplane.moduli.scaled(1.0 / self.stiffness.mu)
+    fn elliptic(lattice: Lattice, fit: EllipticFit, correction: Option<&Correction>) -> Result<Self> {
+        let mut stiffness = LatticeStiffness::new(&lattice, &fit.microplane)?;
+        let mut corrected = None;
+        if let Some(correction) = correction {
+            let r = correction.elliptic(&lattice, &fit)?;
+            stiffness = r.stiffness(stiffness.mu);
+            corrected = Some((r.moduli, r.report));
+        }
+        let prescribed = fit.prescribed;
+        let (model, nodal) = (Model::Micropolar, None);
+        Ok(LatticeStudy { lattice, model, prescribed, fit: Some(fit), stiffness, nodal, correction: corrected })
     }
 
-    /// The sum over bonds at uniform strain (Pa) (S eq-tE-knkt), an upper bound.
+    fn general(lattice: Lattice, target: &Stiffness, correction: &Correction) -> Result<Self> {
+        let r = correction.general(&lattice, target)?;
+        let network = r.network;
+        LatticeStudy::of_network(lattice, Model::Micropolar, target, network, Some((r.moduli, r.report)))
+    }
+
+    fn central(lattice: Lattice, target: &Stiffness, correction: Option<Correction>) -> Result<Self> {
+        let (network, corrected) = match correction {
+            None => (central_by_sum(&lattice, target, Correction::default().floor)?, None),
+            Some(correction) => {
+                let r = correction.central(&lattice, target)?;
+                (r.network, Some((r.moduli, r.report)))
+            }
+        };
+        LatticeStudy::of_network(lattice, Model::Central, target, network, corrected)
+    }
+
+    fn hybrid(lattice: Lattice, target: &Stiffness, correction: Option<Correction>) -> Result<Self> {
+        let (network, corrected) = match correction {
+            None => (hybrid_by_sum(&lattice, target, Correction::default().floor)?, None),
+            Some(correction) => {
+                let r = correction.hybrid(&lattice, target)?;
+                (r.network, Some((r.moduli, r.report)))
+            }
+        };
+        LatticeStudy::of_network(lattice, Model::Hybrid, target, network, corrected)
+    }
+
+    fn of_network(
+        lattice: Lattice,
+        model: Model,
+        target: &Stiffness,
+        network: Network,
+        correction: Option<(CorrectedModuli, CorrectionReport)>,
+    ) -> Result<Self> {
+        let stiffness = LatticeStiffness {
+            mu: lattice_mu(&lattice),
+            normal: network.bonds.iter().map(|b| b.normal).collect(),
+            tangential: network.bonds.iter().map(|b| b.tangential).collect(),
+        };
+        let nodal = network.nodal;
+        Ok(LatticeStudy { lattice, model, prescribed: *target, fit: None, stiffness, nodal, correction })
+    }
+
+    /// The microplane moduli that the bonds have, where they are elliptic: the fit's, or the corrected ones.
+    pub fn microplane(&self) -> Option<EllipticMicroplane> {
+        match (&self.correction, &self.fit) {
+            (Some((CorrectedModuli::Elliptic(microplane), _)), _) => Some(*microplane),
+            (_, fit) => fit.map(|fit| fit.microplane),
+        }
+    }
+
+    /// Lattice moduli E′ = E/μ (Pa) (S eq-Eelliptic-micro), where the bonds are made of elliptic ones.
+    pub fn lattice_moduli(&self) -> Option<EllipticModuli> {
+        self.microplane().map(|m| m.moduli.scaled(1.0 / self.stiffness.mu))
+    }
+
+    /// The sum over bonds (and nodes) at uniform strain (Pa) (S eq-tE-knkt); an upper bound.
     pub fn summed(&self) -> Stiffness {
-        self.stiffness.summed(&self.lattice)
+        let bonds = self.stiffness.summed(&self.lattice);
+        match &self.nodal {
+            Some(term) => Stiffness::from_mandel(bonds.mandel() + term.stiffness.mandel()),
+            None => bonds,
+        }
     }
 
     /// The best-fit estimate (Pa), a lower companion.
@@ -50,9 +187,21 @@ impl LatticeStudy {
         best_fit_stiffness(&self.lattice, &self.stiffness)
     }
 
-    /// Nodes and stiff bonds.
+    /// Nodes, stiff bonds and nodal term.
     pub fn network(&self) -> Network {
-        Network::new(&self.lattice, &self.stiffness)
+        Network { nodal: self.nodal.clone(), ..Network::new(&self.lattice, &self.stiffness) }
+    }
+}
+
+/// The fit to correct, or `None` for the general form.
+fn elliptic_fit(target: &Stiffness, axis: &Vector3<f64>, choice: CorrectionChoice) -> Result<Option<EllipticFit>> {
+    match choice {
+        CorrectionChoice::General => Ok(None),
+        CorrectionChoice::Elliptic => EllipticFit::new(target, axis).map(Some),
+        CorrectionChoice::Automatic => Ok(EllipticFit::new(target, axis).ok().filter(|fit| {
+            let c44 = (fit.given_c44 - fit.dependent_c44).abs();
+            fit.distance <= ELLIPTIC && c44 <= ELLIPTIC * fit.given_c44.abs()
+        })),
     }
 }
 

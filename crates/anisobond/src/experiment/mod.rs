@@ -4,6 +4,7 @@ pub mod batch;
 pub mod closed_forms;
 mod corrected;
 pub mod element_test;
+mod grid_study;
 mod lattice_study;
 pub mod prakash;
 mod problem;
@@ -11,8 +12,12 @@ mod simulation;
 pub mod smilauer;
 mod verification;
 
-pub use corrected::{CorrectedLattice, CorrectedModuli, Correction, CorrectionForm, CorrectionReport};
-pub use lattice_study::{LatticeStudy, anisotropy_axis, turned_to_axis};
+pub use corrected::{
+    CorrectedModuli, CorrectedNetwork, Correction, CorrectionForm, CorrectionReport, NodalReport, central_by_sum,
+    hybrid_by_sum,
+};
+pub use grid_study::GridStudy;
+pub use lattice_study::{CorrectionChoice, LatticePlan, LatticeStudy, anisotropy_axis, turned_to_axis};
 pub use problem::{
     Condition, Crack, FieldName, FractureEnergy, History, OutputPlan, Probe, Problem, Quantity, RegionMaterial,
     Schedule, Slice, Softening,

@@ -9,9 +9,10 @@ use serde_json::value::{RawValue, to_raw_value};
 
 use super::flat::{FlatRow, columns, csv_of, header};
 use super::journal::Journal;
-use super::report::CalibrationReport;
+use super::model_report::ModelReport;
+use super::report::NeighbourhoodReport;
 use super::table::{Row, Table};
-use crate::calibration::{Calibrator, LowerBound};
+use crate::calibration::ModelCalibrator;
 use crate::experiment::batch;
 use crate::{Error, Result};
 
@@ -23,7 +24,7 @@ enum RowReport<'a> {
         id: &'a str,
         line: usize,
         #[serde(flatten)]
-        report: Box<CalibrationReport>,
+        report: ModelReport,
     },
     Failed {
         id: &'a str,
@@ -46,13 +47,14 @@ pub struct TableResults {
 /// A journal that cannot be written. A row that is wrong is no error: its result says what is.
 pub fn calibrate_table(
     table: &Table,
-    calibrator: &Calibrator,
-    bound: LowerBound,
+    calibrator: &ModelCalibrator,
     mut journal: Option<&mut Journal>,
     stop: &AtomicBool,
     each: impl Fn(usize) + Sync + Send,
 ) -> Result<TableResults> {
-    let settings = format!("{} {bound:?} {:?}", env!("CARGO_PKG_VERSION"), neighbourhood_settings(calibrator));
+    let model = calibrator.settings();
+    let settings = format!("{} {model:?} {:?}", env!("CARGO_PKG_VERSION"), neighbourhood_settings(calibrator));
+    let neighbourhood = NeighbourhoodReport::new(calibrator);
     let keys: Vec<String> = table.rows.iter().map(|row| key(&settings, row)).collect();
     let mut rows: Vec<Option<Box<RawValue>>> =
         keys.iter().map(|key| journal.as_ref()?.get(key).map(ToOwned::to_owned)).collect();
@@ -62,7 +64,7 @@ pub fn calibrate_table(
     batch::run(
         &pending,
         stop,
-        |i| to_raw_value(&calibrate_row(&table.rows[i], calibrator, bound)),
+        |i| to_raw_value(&calibrate_row(&table.rows[i], calibrator, &neighbourhood)),
         |i, result| {
             let result = result.map_err(|e| Error::file("write", "a row as JSON", e.into()))?;
             if let Some(journal) = &mut journal {
@@ -78,22 +80,22 @@ pub fn calibrate_table(
 }
 
 /// Everything of a neighbourhood that a result depends on; the bonds follow from it.
-fn neighbourhood_settings<'a>(calibrator: &'a Calibrator) -> impl std::fmt::Debug + use<'a> {
+fn neighbourhood_settings<'a>(calibrator: &'a ModelCalibrator) -> impl std::fmt::Debug + use<'a> {
     let n = calibrator.neighbourhood();
     (n.shape(), n.horizon(), n.spacing(), n.influence(), n.orientation())
 }
 
-fn calibrate_row<'a>(row: &'a Row, calibrator: &Calibrator, bound: LowerBound) -> RowReport<'a> {
+fn calibrate_row<'a>(row: &'a Row, calibrator: &ModelCalibrator, neighbourhood: &NeighbourhoodReport) -> RowReport<'a> {
     let failed =
         |error: &Error, material| RowReport::Failed { id: &row.id, line: row.line, material, error: error.to_string() };
     match &row.material {
         Err(error) => failed(error, &row.id),
-        Ok(material) => match calibrator.calibrate(&material.stiffness, bound) {
+        Ok(material) => match calibrator.calibrate(&material.stiffness) {
             Err(error) => failed(&error, &material.name),
             Ok(r) => RowReport::Calibrated {
                 id: &row.id,
                 line: row.line,
-                report: Box::new(CalibrationReport::new(material, calibrator, &r)),
+                report: ModelReport::new(material, neighbourhood, &r),
             },
         },
     }

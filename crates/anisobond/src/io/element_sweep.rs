@@ -10,9 +10,9 @@ use super::lattice_report::ElementTestReport;
 use super::picture::{Chart, StiffnessRow, stiffness_chart};
 use super::sweep::{Job, JobLog, ParameterTable, Store, Value};
 use super::{find_material, parse_angle, parse_stress, parse_vector, read_packing};
-use crate::calibration::{TransverseConstants, axis_of_strike_and_dip};
+use crate::calibration::{Model, TransverseConstants, axis_of_strike_and_dip};
 use crate::experiment::element_test::{DynamicTest, ElementTest, Rotations};
-use crate::experiment::{LatticeStudy, anisotropy_axis, turned_to_axis};
+use crate::experiment::{Correction, CorrectionChoice, LatticePlan, LatticeStudy, anisotropy_axis, turned_to_axis};
 use crate::lattice::Packing;
 use crate::tensor::{Material, Stiffness};
 use crate::{Error, Result};
@@ -21,11 +21,11 @@ use crate::{Error, Result};
 ///
 /// `packing` (a file; required), `contact_radius` (required); `material` (a name or a file) or `c11`, `c33`, `c13`, `c12` with
 /// units; `strike` and `dip` (degrees) or `axis` ("x,y,z"); `rotations` (free, blocked); `method` (static, dynamic) and
-/// `strain` (of a dynamic test).
+/// `strain` (of a dynamic test); `model` (central, micropolar, hybrid) and `correct` (auto, elliptic, general, no).
 #[rustfmt::skip]
-pub const PARAMETERS: [&str; 13] = [
+pub const PARAMETERS: [&str; 15] = [
     "packing", "contact_radius", "material", "c11", "c33", "c13", "c12", "axis", "strike", "dip", "rotations", "method",
-    "strain",
+    "strain", "model", "correct",
 ];
 
 /// The files that the jobs of a table need, read once.
@@ -61,6 +61,7 @@ impl ElementSweep {
             number(job, "contact_radius")?.ok_or_else(|| placed(missing("contact_radius")))?;
             rotations(job).map_err(placed)?;
             dynamic_strain(job).map_err(placed)?;
+            plan(job, Rotations::Free).map_err(placed)?;
         }
         Ok(sweep)
     }
@@ -74,7 +75,8 @@ impl ElementSweep {
         let axis = anisotropy_axis(&material.stiffness);
         let contact_radius = number(job, "contact_radius")?.ok_or_else(|| missing("contact_radius"))?;
         let packing = self.packings.get(required_text(job, "packing")?).ok_or_else(|| missing("packing"))?;
-        let study = LatticeStudy::new(packing.clone(), &material.stiffness, &axis, contact_radius)?;
+        let plan = plan(job, rotations(job)?)?;
+        let study = LatticeStudy::planned(packing.clone(), &material.stiffness, &axis, contact_radius, &plan)?;
         log.line(format_args!("{} contacts, μ = {}", study.lattice.contacts.len(), study.stiffness.mu));
         // The sweep runs its jobs side by side; each on one thread.
         let rotations = rotations(job)?;
@@ -190,6 +192,26 @@ fn number(job: &Job, name: &str) -> Result<Option<f64>> {
         Some(Value::Number(x)) => Ok(Some(*x)),
         Some(Value::Text(text)) => Err(Error::input(format!("{name} = {text:?}"), "give a number").at(&job.place)),
     }
+}
+
+/// The model and its correction; the sweep runs its jobs side by side, each on one thread.
+fn plan(job: &Job, rotations: Rotations) -> Result<LatticePlan> {
+    let model = match job.get("model").and_then(Value::text) {
+        None | Some("micropolar") => Model::Micropolar,
+        Some("central") => Model::Central,
+        Some("hybrid") => Model::Hybrid,
+        Some(other) => return Err(Error::input(format!("model = {other:?}"), "use central, micropolar or hybrid")),
+    };
+    let choice = match job.get("correct").and_then(Value::text) {
+        None | Some("no") => None,
+        Some("auto") => Some(CorrectionChoice::Automatic),
+        Some("elliptic") => Some(CorrectionChoice::Elliptic),
+        Some("general") => Some(CorrectionChoice::General),
+        Some(other) => return Err(Error::input(format!("correct = {other:?}"), "use auto, elliptic, general or no")),
+    };
+    let test = ElementTest { rotations, threads: false, ..ElementTest::default() };
+    let correction = choice.map(|choice| (choice, Correction { test, ..Correction::default() }));
+    Ok(LatticePlan { model, correction })
 }
 
 fn rotations(job: &Job) -> Result<Rotations> {

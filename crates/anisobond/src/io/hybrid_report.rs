@@ -2,9 +2,15 @@
 
 use serde::Serialize;
 
-use super::report::{CalibrationReport, InfeasibilityReport, MicromodulusReport, NeighbourhoodReport, Voigt};
-use crate::calibration::{HybridCalibration, HybridCalibrator, HybridForm, TraceEvidence};
+use super::report::{
+    InfeasibilityReport, MicromodulusReport, NeighbourhoodReport, SolverReport, Voigt, WavesOfGrid, monomial_names,
+    universal_anisotropy,
+};
+use crate::calibration::{HybridCalibration, HybridForm, Model, TraceEvidence};
 use crate::tensor::Material;
+
+/// ‖target − reached‖/‖target‖ up to which the tensor counts as reached.
+const REACHED: f64 = 1e-10;
 
 /// A hybrid model (bonds and nodal term) with its evidence.
 #[derive(Clone, Debug, Serialize)]
@@ -14,7 +20,7 @@ pub struct HybridReport {
     /// Where its numbers come from.
     pub source: String,
     /// Always "hybrid".
-    pub model: &'static str,
+    pub model: Model,
     /// remainder or stable.
     pub form: HybridForm,
     /// The neighbourhood.
@@ -33,55 +39,59 @@ pub struct HybridReport {
     pub nodal_share: f64,
     /// The least relative error of central bonds on any neighbourhood.
     pub cauchy_gap: f64,
-    /// Why the bonds alone do not reach their part of the tensor; `None` when they do.
+    /// Whether bonds and nodal term together reach the target.
+    pub feasible: bool,
+    /// Always `None`: there is no positive definite tensor out of reach.
     pub infeasibility: Option<InfeasibilityReport>,
+    /// Why the bonds alone do not reach the Cauchy part of what they are to carry; `None` when they do.
+    pub bonds_infeasibility: Option<InfeasibilityReport>,
+    /// Universal anisotropy index A^U of the target.
+    pub universal_anisotropy: f64,
     /// The lower bound of the micromoduli in force (N/m⁶).
     pub lower_bound: f64,
     /// The micromoduli in brief (N/m⁶).
     pub micromodulus: MicromodulusReport,
-    /// Whether every sampled wave has positive energy.
-    pub stable: bool,
-    /// Smallest eigenvalue of the dynamical matrix over the zone, D(k)/κ²(k) (Pa); for long waves Christoffel's ρc².
-    pub smallest_eigenvalue: f64,
-    /// Phases kₐΔ (rad) along the grid's axes where it was found.
-    pub smallest_at_phases: [f64; 3],
-    /// Wave vectors tried.
-    pub sampled_waves: usize,
-    /// Largest relative error of a phase speed at |k|Δ = 0.05, against Christoffel's.
-    pub long_wave_error: f64,
-    /// Order of that error in |k|.
-    pub long_wave_order: f64,
+    /// Waves of the grid.
+    #[serde(flatten)]
+    pub waves: WavesOfGrid,
     /// Evidence that tr Z is the least; `None` in the form `remainder` or where Z = 0.
     pub least_trace: Option<TraceEvidence>,
+    /// The quartic form p of the bonds, cᵢ = max(lower bound, sᵢ p(nᵢ)); coefficients in the order of `monomials`.
+    pub dual: [f64; 15],
+    /// The monomials of quartic forms, as index quadruples.
+    pub monomials: [String; 15],
+    /// How the solver of the bonds ended.
+    pub solver: SolverReport,
 }
 
 impl HybridReport {
     /// Bring together a material, the neighbourhood it was calibrated on, and the result.
-    pub fn new(material: &Material, calibrator: &HybridCalibrator, r: &HybridCalibration) -> Self {
-        let bonds = CalibrationReport::new(material, calibrator.calibrator(), &r.bonds);
+    pub fn new(material: &Material, neighbourhood: &NeighbourhoodReport, r: &HybridCalibration) -> Self {
+        let bonds = &r.bonds;
         HybridReport {
-            material: bonds.material,
-            source: bonds.source,
-            model: "hybrid",
+            material: material.name.clone(),
+            source: material.source.clone(),
+            model: Model::Hybrid,
             form: r.form,
-            neighbourhood: bonds.neighbourhood,
+            neighbourhood: neighbourhood.clone(),
             target: r.target.voigt_rows(),
             reached: r.reached.voigt_rows(),
             relative_error: r.relative_error,
-            reached_by_bonds: bonds.reached,
+            reached_by_bonds: bonds.reached.voigt_rows(),
             nodal_term: r.nodal.voigt_rows(),
             nodal_share: r.nodal.norm() / r.target.norm(),
             cauchy_gap: r.target.cauchy_gap(),
-            infeasibility: bonds.infeasibility,
+            feasible: r.relative_error <= REACHED,
+            infeasibility: None,
+            bonds_infeasibility: bonds.infeasibility.as_ref().map(|i| InfeasibilityReport::new(i, bonds.lower_bound)),
+            universal_anisotropy: universal_anisotropy(&r.target),
             lower_bound: bonds.lower_bound,
-            micromodulus: bonds.micromodulus,
-            stable: r.stability.stable,
-            smallest_eigenvalue: r.stability.smallest_eigenvalue,
-            smallest_at_phases: r.stability.phases,
-            sampled_waves: r.stability.samples,
-            long_wave_error: r.long_waves.error,
-            long_wave_order: r.long_waves.order,
+            micromodulus: MicromodulusReport::of(&bonds.micromodulus),
+            waves: WavesOfGrid::new(&r.stability, &r.long_waves, Some(&r.long_waves)),
             least_trace: r.least_trace,
+            dual: bonds.dual,
+            monomials: monomial_names(),
+            solver: SolverReport { iterations: bonds.iterations, residual: bonds.residual },
         }
     }
 }

@@ -2,9 +2,12 @@
 
 use std::fmt::Write;
 
+use nalgebra::Vector3;
+
 use super::vtk::{array, exact};
 use crate::calibration::LatticeStiffness;
 use crate::lattice::Lattice;
+use crate::operator::Network;
 use crate::{Error, Result};
 
 /// The text of a lattice's `bonds.csv`: one line per contact. Every number reads back to the same bits.
@@ -24,10 +27,35 @@ pub fn lattice_bonds_csv(lattice: &Lattice, stiffness: &LatticeStiffness, materi
     );
     let stiffnesses = stiffness.normal.iter().zip(&stiffness.tangential);
     for (c, (kn, kt)) in lattice.contacts.iter().zip(stiffnesses) {
-        let l = c.branch;
-        let _ = writeln!(text, "{},{},{:?},{:?},{:?},{:?},{kn:?},{kt:?}", c.a, c.b, l.x, l.y, l.z, l.norm());
+        row(&mut text, [c.a, c.b], &c.branch, *kn, *kt);
     }
     text
+}
+
+/// The text of a grid cell's `bonds.csv`: one line per bond, as [`lattice_bonds_csv`].
+pub fn network_bonds_csv(network: &Network, material: &str) -> String {
+    let material = material.replace(char::is_control, " ");
+    let mut text = format!(
+        "# Bonds of a periodic cell of {} nodes, by anisobond {}.\n\
+         # Material: {material}.\n\
+         # a, b              nodes, numbered from 0, first axis fastest, missing ones not counted\n\
+         # branch_x,y,z (m)  from a to that periodic image of b\n\
+         # length (m)        length of the branch\n\
+         # k_n, k_t (N/m)    normal and tangential stiffness\n\
+         a,b,branch_x,branch_y,branch_z,length,k_n,k_t\n",
+        network.nodes.len(),
+        env!("CARGO_PKG_VERSION")
+    );
+    for bond in &network.bonds {
+        row(&mut text, [bond.a, bond.b], &bond.branch, bond.normal, bond.tangential);
+    }
+    text
+}
+
+/// One line of a table of bonds.
+fn row(text: &mut String, [a, b]: [u32; 2], l: &Vector3<f64>, kn: f64, kt: f64) {
+    // Writing to a string cannot fail.
+    let _ = writeln!(text, "{a},{b},{:?},{:?},{:?},{:?},{kn:?},{kt:?}", l.x, l.y, l.z, l.norm());
 }
 
 /// A lattice as VTK XML PolyData: points are the centres with point data `radius` (m), then, for contacts across the

@@ -3,9 +3,9 @@
 use serde::Serialize;
 
 use super::report::Voigt;
-use crate::calibration::EllipticModuli;
-use crate::experiment::LatticeStudy;
+use crate::calibration::{EllipticModuli, Model};
 use crate::experiment::element_test::{Certificate, DynamicTestResult, ElementTestResult, Mechanism, Rotations};
+use crate::experiment::{CorrectionReport, LatticeStudy};
 use crate::lattice::PackingStatistics;
 use crate::solver::SolverReport;
 use crate::tensor::{EngineeringConstants, Material};
@@ -18,6 +18,8 @@ pub struct LatticeReport {
     pub material: String,
     /// Where its numbers come from.
     pub source: String,
+    /// central, micropolar or hybrid.
+    pub model: Model,
     /// Contact radius I_R.
     pub contact_radius: f64,
     /// Number of contacts, each once.
@@ -28,7 +30,28 @@ pub struct LatticeReport {
     pub packing: PackingStatistics,
     /// Lattice density scaling μ = E/E′.
     pub mu: f64,
-    /// Microplane moduli E (Pa).
+    /// What of it is elliptic; nothing for other moduli.
+    #[serde(flatten)]
+    pub elliptic: Option<EllipticReport>,
+    /// The tensor asked of the lattice: with elliptic moduli, the four constants and the dependent C44 (Voigt, Pa).
+    pub prescribed: Voigt,
+    /// Summed over the lattice at uniform strain, an upper bound (Voigt, Pa).
+    pub lattice: Voigt,
+    /// Best-fit estimate, the lower companion (Voigt, Pa); `None` where it has no meaning, as for bonds without
+    /// tangential stiffness.
+    pub best_fit: Option<Voigt>,
+    /// The nodal term Z (Voigt, Pa) of the hybrid model.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nodal_term: Option<Voigt>,
+    /// How the correction went, if one was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub correction: Option<CorrectionReport>,
+}
+
+/// Elliptic moduli of a lattice and what they cannot follow.
+#[derive(Clone, Debug, Serialize)]
+pub struct EllipticReport {
+    /// Microplane moduli E (Pa), corrected ones after a correction.
     pub microplane_moduli: EllipticModuli,
     /// Lattice moduli E′ = E/μ (Pa).
     pub lattice_moduli: EllipticModuli,
@@ -38,13 +61,6 @@ pub struct LatticeReport {
     pub distance_from_transverse_isotropy: f64,
     /// C44 of the material, and the one the elliptic interpolation has instead (Pa).
     pub c44: DependentComponent,
-    /// The tensor asked of the lattice: the four constants with the dependent C44 (Voigt, Pa).
-    pub prescribed: Voigt,
-    /// Summed over the lattice at uniform strain, an upper bound (Voigt, Pa).
-    pub lattice: Voigt,
-    /// Best-fit estimate, the lower companion (Voigt, Pa); `None` where it has no meaning, as for bonds without
-    /// tangential stiffness.
-    pub best_fit: Option<Voigt>,
 }
 
 /// C44 as given and as the elliptic interpolation has it (Pa).
@@ -63,23 +79,28 @@ impl LatticeReport {
     /// A lattice whose statistics cannot be had.
     pub fn new(material: &Material, study: &LatticeStudy) -> Result<Self> {
         let statistics = study.lattice.statistics()?;
-        let fit = &study.fit;
+        let elliptic = study.fit.as_ref().zip(study.microplane()).map(|(fit, microplane)| EllipticReport {
+            microplane_moduli: microplane.moduli,
+            lattice_moduli: microplane.moduli.scaled(1.0 / study.stiffness.mu),
+            axis: microplane.axis.into(),
+            distance_from_transverse_isotropy: fit.distance,
+            c44: DependentComponent { given: fit.given_c44, dependent: fit.dependent_c44 },
+        });
         Ok(LatticeReport {
             material: material.name.clone(),
             source: material.source.clone(),
+            model: study.model,
             contact_radius: study.lattice.contact_radius,
             contacts: statistics.contacts,
             coordination: statistics.coordination.mean,
             packing: statistics,
             mu: study.stiffness.mu,
-            microplane_moduli: fit.microplane.moduli,
-            lattice_moduli: study.lattice_moduli(),
-            axis: fit.microplane.axis.into(),
-            distance_from_transverse_isotropy: fit.distance,
-            c44: DependentComponent { given: fit.given_c44, dependent: fit.dependent_c44 },
-            prescribed: fit.prescribed.voigt_rows(),
+            elliptic,
+            prescribed: study.prescribed.voigt_rows(),
             lattice: study.summed().voigt_rows(),
-            best_fit: study.best_fit().ok().map(|c| c.voigt_rows()),
+            best_fit: study.best_fit().ok().filter(|_| study.nodal.is_none()).map(|c| c.voigt_rows()),
+            nodal_term: study.nodal.as_ref().map(|term| term.stiffness.voigt_rows()),
+            correction: study.correction.as_ref().map(|(_, report)| report.clone()),
         })
     }
 }
@@ -180,8 +201,9 @@ impl Consistency {
         }
     }
 
-    /// For a test whose axis is z.
-    fn about(axis: &[f64; 3], e: Option<&Engineering>) -> Option<Self> {
+    /// For a lattice whose axis is z.
+    fn of(lattice: &LatticeReport, e: Option<&Engineering>) -> Option<Self> {
+        let axis = lattice.elliptic.as_ref()?.axis;
         (axis[2].abs() > 1.0 - 1e-9).then(|| e.map(Consistency::new)).flatten()
     }
 }
@@ -223,8 +245,8 @@ impl ElementTestReport {
         let engineering = r.engineering.map(Engineering::from);
         Ok(ElementTestReport {
             measured: r.measured.voigt_rows(),
-            relative_error: study.fit.prescribed.relative_error(&r.measured),
-            consistency: Consistency::about(&lattice.axis, engineering.as_ref()),
+            relative_error: study.prescribed.relative_error(&r.measured),
+            consistency: Consistency::of(&lattice, engineering.as_ref()),
             lattice,
             engineering,
             rotations: r.rotations,
@@ -254,8 +276,8 @@ impl ElementTestReport {
         let engineering = Engineering::from(e);
         Ok(ElementTestReport {
             measured: measured.voigt_rows(),
-            relative_error: study.fit.prescribed.relative_error(&measured),
-            consistency: Consistency::about(&lattice.axis, Some(&engineering)),
+            relative_error: study.prescribed.relative_error(&measured),
+            consistency: Consistency::of(&lattice, Some(&engineering)),
             lattice,
             engineering: Some(engineering),
             rotations: r.rotations,
@@ -263,7 +285,12 @@ impl ElementTestReport {
             strain: r.strain,
             certificate: Checks::Dynamic { force_balance: r.unbalanced, lateral_stress: r.lateral, asymmetry },
             mechanism: None,
-            solver: SolverReport { iterations: r.steps.iter().sum(), residual: r.unbalanced, converged: r.converged },
+            solver: SolverReport {
+                iterations: r.steps.iter().sum(),
+                residual: r.unbalanced,
+                converged: r.converged,
+                negative_curvature: false,
+            },
         })
     }
 }

@@ -3,11 +3,13 @@
 
 use serde::Serialize;
 
-use crate::calibration::{Calibration, Calibrator, Cause, Infeasibility};
+use crate::calibration::{
+    Calibration, Cause, Infeasibility, LongWaves, Model, ModelCalibrator, Stability, WaveEvidence,
+};
 use crate::lattice::Influence;
 use crate::tensor::{
-    AverageModuli, DirectionalExtremes, DirectionalModuli, EngineeringConstants, MONOMIALS, Material, Symmetry, Wave,
-    WaveExtremes, mandel_weight,
+    AverageModuli, DirectionalExtremes, DirectionalModuli, EngineeringConstants, MONOMIALS, Material, Stiffness,
+    Symmetry, Wave, WaveExtremes, mandel_weight,
 };
 use crate::{Error, Result};
 
@@ -122,13 +124,15 @@ impl TensorReport {
     }
 }
 
-/// A calibration with its evidence.
+/// Central bonds with their evidence.
 #[derive(Clone, Debug, Serialize)]
 pub struct CalibrationReport {
     /// Name of the material.
     pub material: String,
     /// Where its numbers come from.
     pub source: String,
+    /// Always "central".
+    pub model: Model,
     /// The neighbourhood.
     pub neighbourhood: NeighbourhoodReport,
     /// The wanted tensor (Voigt, Pa).
@@ -149,6 +153,9 @@ pub struct CalibrationReport {
     pub lower_bound: f64,
     /// The micromoduli in brief (N/m⁶).
     pub micromodulus: MicromodulusReport,
+    /// Waves of the grid.
+    #[serde(flatten)]
+    pub waves: WavesOfGrid,
     /// The quartic form p: cᵢ = max(lower bound, sᵢ p(nᵢ)), sᵢ = ½ ωᵢ |ξᵢ| ΔV; coefficients in the order of
     /// `monomials`.
     pub dual: [f64; 15],
@@ -177,8 +184,30 @@ pub struct NeighbourhoodReport {
     pub bonds: usize,
     /// Number of distinct ± directions.
     pub directions: usize,
-    /// Dimension of the reachable tensors (15 when nothing is missing).
+    /// Dimension of the reachable tensors (when nothing is missing 15, with tangential bonds 21).
     pub rank: usize,
+}
+
+/// Waves of a grid of such bonds.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct WavesOfGrid {
+    /// Whether every sampled wave has positive energy.
+    pub stable: bool,
+    /// Smallest eigenvalue of the dynamical matrix over the zone, D(k)/κ²(k) (Pa); for long waves Christoffel's ρc².
+    pub smallest_eigenvalue: f64,
+    /// Phases kₐΔ (rad) along the grid's axes where it was found.
+    pub smallest_at_phases: [f64; 3],
+    /// Wave vectors tried.
+    pub sampled_waves: usize,
+    /// Largest relative error of a phase speed at |k|Δ = 0.05, against Christoffel's of the wanted tensor.
+    pub long_wave_error: f64,
+    /// Order of that error in |k|: 2 where the model is exact, 0 where its tensor is another.
+    pub long_wave_order: f64,
+    /// The same against the tensor that the grid has (with free rotations the relaxed one); `None` where that is not
+    /// positive definite.
+    pub long_wave_error_of_reached: Option<f64>,
+    /// Order of that error, 2 in theory.
+    pub long_wave_order_of_reached: Option<f64>,
 }
 
 /// Why a target is out of reach.
@@ -225,26 +254,27 @@ pub struct SolverReport {
 
 impl CalibrationReport {
     /// Bring together a material, the neighbourhood it was calibrated on, and the result.
-    pub fn new(material: &Material, calibrator: &Calibrator, r: &Calibration) -> Self {
-        let c = &r.micromodulus;
+    pub fn new(
+        material: &Material,
+        neighbourhood: &NeighbourhoodReport,
+        r: &Calibration,
+        waves: &WaveEvidence,
+    ) -> Self {
         CalibrationReport {
             material: material.name.clone(),
             source: material.source.clone(),
-            neighbourhood: NeighbourhoodReport::new(calibrator),
+            model: Model::Central,
+            neighbourhood: neighbourhood.clone(),
             target: r.target.voigt_rows(),
             reached: r.reached.voigt_rows(),
             relative_error: r.relative_error,
             cauchy_gap: r.cauchy_gap,
             feasible: r.feasible(),
             infeasibility: r.infeasibility.as_ref().map(|i| InfeasibilityReport::new(i, r.lower_bound)),
-            universal_anisotropy: r.target.average_moduli().map_or(f64::NAN, |m| m.universal_anisotropy),
+            universal_anisotropy: universal_anisotropy(&r.target),
             lower_bound: r.lower_bound,
-            micromodulus: MicromodulusReport {
-                min: c.iter().copied().fold(f64::INFINITY, f64::min),
-                max: c.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-                mean: c.iter().sum::<f64>() / c.len() as f64,
-                zero: c.iter().filter(|&&c| c == 0.0).count(),
-            },
+            micromodulus: MicromodulusReport::of(&r.micromodulus),
+            waves: WavesOfGrid::new(&waves.stability, &waves.target, waves.reached.as_ref()),
             dual: r.dual,
             monomials: monomial_names(),
             solver: SolverReport { iterations: r.iterations, residual: r.residual },
@@ -252,9 +282,41 @@ impl CalibrationReport {
     }
 }
 
+/// A^U, NaN where the compliance is singular.
+pub(super) fn universal_anisotropy(c: &Stiffness) -> f64 {
+    c.average_moduli().map_or(f64::NAN, |m| m.universal_anisotropy)
+}
+
+impl MicromodulusReport {
+    /// Of a list of micromoduli.
+    pub(super) fn of(c: &[f64]) -> Self {
+        MicromodulusReport {
+            min: c.iter().copied().fold(f64::INFINITY, f64::min),
+            max: c.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            mean: c.iter().sum::<f64>() / c.len() as f64,
+            zero: c.iter().filter(|&&c| c == 0.0).count(),
+        }
+    }
+}
+
+impl WavesOfGrid {
+    pub(super) fn new(weakest: &Stability, target: &LongWaves, reached: Option<&LongWaves>) -> Self {
+        WavesOfGrid {
+            stable: weakest.stable,
+            smallest_eigenvalue: weakest.smallest_eigenvalue,
+            smallest_at_phases: weakest.phases,
+            sampled_waves: weakest.samples,
+            long_wave_error: target.error,
+            long_wave_order: target.order,
+            long_wave_error_of_reached: reached.map(|waves| waves.error),
+            long_wave_order_of_reached: reached.map(|waves| waves.order),
+        }
+    }
+}
+
 impl NeighbourhoodReport {
     /// Describe a prepared neighbourhood.
-    pub fn new(calibrator: &Calibrator) -> Self {
+    pub fn new(calibrator: &ModelCalibrator) -> Self {
         let neighbourhood = calibrator.neighbourhood();
         let q = neighbourhood.orientation();
         NeighbourhoodReport {
@@ -272,7 +334,7 @@ impl NeighbourhoodReport {
 }
 
 impl InfeasibilityReport {
-    fn new(i: &Infeasibility, lower_bound: f64) -> Self {
+    pub(super) fn new(i: &Infeasibility, lower_bound: f64) -> Self {
         let below = if lower_bound > 0.0 { "micromoduli below the lower bound" } else { "negative micromoduli" };
         const SPAN: &str = "the bonds of this neighbourhood span too few tensors to express the target's Cauchy part";
         let what = match i.cause {

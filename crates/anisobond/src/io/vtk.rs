@@ -3,19 +3,19 @@
 use std::fmt::{Display, Write};
 use std::path::Path;
 
-use super::bonds::{check_micromodulus, length};
+use super::bonds::{BondModuli, length};
 use super::write_atomically;
 use crate::Result;
 use crate::lattice::Neighbourhood;
 
-/// A neighbourhood as VTK XML PolyData: a vertex at every ξ (m) with the point data `micromodulus` (N/m⁶), `influence`
-/// (–), `stiffness_share` (m⁴), `length` (m) and `offset` (–, three integers). Numbers are text that reads back to the
-/// same bits.
+/// A neighbourhood as VTK XML PolyData: a vertex at every ξ (m) with the point data `micromodulus` (N/m⁶), where there
+/// are tangential bonds `tangential_micromodulus` (N/m⁶), `influence` (–), `stiffness_share` (m⁴), `length` (m) and
+/// `offset` (–, three integers). Numbers are text that reads back to the same bits.
 ///
 /// # Errors
 /// Another number of micromoduli than bonds, or one that is not finite.
-pub fn neighbourhood_vtp(neighbourhood: &Neighbourhood, micromodulus: &[f64]) -> Result<String> {
-    check_micromodulus(neighbourhood, micromodulus)?;
+pub fn neighbourhood_vtp(neighbourhood: &Neighbourhood, moduli: &BondModuli) -> Result<String> {
+    moduli.check(neighbourhood)?;
     let bonds = neighbourhood.bonds();
     let mut file = String::with_capacity(200 * bonds.len() + 2000);
     file.push_str("<?xml version=\"1.0\"?>\n");
@@ -29,7 +29,10 @@ pub fn neighbourhood_vtp(neighbourhood: &Neighbourhood, micromodulus: &[f64]) ->
         bonds.len()
     );
     file.push_str("<PointData Scalars=\"micromodulus\">\n");
-    array(&mut file, "Float64", "micromodulus", 1, micromodulus.iter().map(exact));
+    array(&mut file, "Float64", "micromodulus", 1, moduli.normal.iter().map(exact));
+    if let Some(c) = moduli.tangential {
+        array(&mut file, "Float64", "tangential_micromodulus", 1, c.iter().map(exact));
+    }
     array(&mut file, "Float64", "influence", 1, bonds.iter().map(|b| exact(&b.influence)));
     array(&mut file, "Float64", "stiffness_share", 1, bonds.iter().map(|b| exact(&neighbourhood.stiffness_share(b))));
     array(&mut file, "Float64", "length", 1, bonds.iter().map(|b| exact(&length(neighbourhood, b))));
@@ -47,8 +50,8 @@ pub fn neighbourhood_vtp(neighbourhood: &Neighbourhood, micromodulus: &[f64]) ->
 ///
 /// # Errors
 /// As [`neighbourhood_vtp`]; a file that cannot be written.
-pub fn write_vtp(path: impl AsRef<Path>, neighbourhood: &Neighbourhood, micromodulus: &[f64]) -> Result<()> {
-    write_atomically(path, neighbourhood_vtp(neighbourhood, micromodulus)?)
+pub fn write_vtp(path: impl AsRef<Path>, neighbourhood: &Neighbourhood, moduli: &BondModuli) -> Result<()> {
+    write_atomically(path, neighbourhood_vtp(neighbourhood, moduli)?)
 }
 
 /// The shortest text that reads back to the same number.
@@ -90,12 +93,16 @@ mod tests {
     fn the_file_holds_the_neighbourhood() {
         let neighbourhood = Neighbourhood::sphere(3.0, 0.7e-3, Influence::Inverse).unwrap();
         let c: Vec<f64> = (0..122).map(|b| 1e21 * (1.0 + b as f64).ln()).collect();
-        let text = neighbourhood_vtp(&neighbourhood, &c).unwrap();
+        let across: Vec<f64> = c.iter().rev().copied().collect();
+        let text =
+            neighbourhood_vtp(&neighbourhood, &BondModuli { tangential: Some(&across), ..BondModuli::central(&c) })
+                .unwrap();
         let file = roxmltree::Document::parse(&text).unwrap();
         let piece = file.descendants().find(|node| node.has_tag_name("Piece")).unwrap();
         assert_eq!((piece.attribute("NumberOfPoints"), piece.attribute("NumberOfVerts")), (Some("122"), Some("122")));
         let bonds = neighbourhood.bonds();
         assert_eq!(numbers(&file, "micromodulus"), c);
+        assert_eq!(numbers(&file, "tangential_micromodulus"), across);
         assert_eq!(numbers(&file, "influence"), bonds.iter().map(|b| b.influence).collect::<Vec<_>>());
         let shares: Vec<_> = bonds.iter().map(|b| neighbourhood.stiffness_share(b)).collect();
         assert_eq!(numbers(&file, "stiffness_share"), shares);
@@ -111,11 +118,14 @@ mod tests {
     #[test]
     fn wrong_input_and_paths_are_refused() {
         let neighbourhood = Neighbourhood::sphere(1.0, 1.0, Influence::Constant).unwrap();
-        assert!(matches!(neighbourhood_vtp(&neighbourhood, &[1.0]), Err(Error::Input { .. })));
-        assert!(matches!(neighbourhood_vtp(&neighbourhood, &[f64::INFINITY; 6]), Err(Error::Input { .. })));
+        assert!(matches!(neighbourhood_vtp(&neighbourhood, &BondModuli::central(&[1.0])), Err(Error::Input { .. })));
+        assert!(matches!(
+            neighbourhood_vtp(&neighbourhood, &BondModuli::central(&[f64::INFINITY; 6])),
+            Err(Error::Input { .. })
+        ));
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("missing").join("a.vtp");
-        assert!(matches!(write_vtp(&path, &neighbourhood, &[1.0; 6]), Err(Error::File { .. })));
+        assert!(matches!(write_vtp(&path, &neighbourhood, &BondModuli::central(&[1.0; 6])), Err(Error::File { .. })));
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 }

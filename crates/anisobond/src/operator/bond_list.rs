@@ -10,6 +10,7 @@
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::morton::morton_order;
+use super::nodal_term::{NodalKernel, NodalTerm};
 use crate::calibration::{LatticeStiffness, strain_dot};
 use crate::lattice::Lattice;
 use crate::{Error, Result};
@@ -23,6 +24,8 @@ pub struct Network {
     pub bonds: Vec<StiffBond>,
     /// Volume that they fill (m³).
     pub volume: f64,
+    /// What nodes carry beside the bonds (the hybrid model); its energy adds to the bonds'.
+    pub nodal: Option<NodalTerm>,
 }
 
 impl Network {
@@ -35,7 +38,7 @@ impl Network {
             .zip(stiffnesses)
             .map(|(c, (&normal, &tangential))| StiffBond { a: c.a, b: c.b, branch: c.branch, normal, tangential })
             .collect();
-        Network { nodes: lattice.packing.centres().to_vec(), bonds, volume: lattice.volume }
+        Network { nodes: lattice.packing.centres().to_vec(), bonds, volume: lattice.volume, nodal: None }
     }
 }
 
@@ -82,6 +85,7 @@ pub struct BondList {
     /// Place in the list of each node of the network.
     place: Vec<u32>,
     volume: f64,
+    nodal: Option<NodalKernel>,
 }
 
 impl BondList {
@@ -92,7 +96,7 @@ impl BondList {
     ///
     /// # Errors
     /// A bond of length zero, to a node that does not exist, or with a stiffness that is negative or not finite; no
-    /// nodes; a volume that is not positive.
+    /// nodes; a volume that is not positive; a nodal term whose lists do not fit.
     pub fn new(network: &Network) -> Result<Self> {
         if network.nodes.is_empty() {
             return Err(Error::input("the network has no nodes", "give at least one"));
@@ -106,7 +110,8 @@ impl BondList {
         }
         let mut bonds = network.bonds.iter().map(|bond| packed(bond, &place)).collect::<Result<Vec<_>>>()?;
         bonds.sort_by_key(|p| (p.a, p.b));
-        Ok(BondList { bonds, place, volume: network.volume })
+        let nodal = network.nodal.as_ref().map(|term| NodalKernel::new(term, &network.bonds, &place)).transpose()?;
+        Ok(BondList { bonds, place, volume: network.volume, nodal })
     }
 
     /// Number of nodes.
@@ -139,7 +144,7 @@ impl BondList {
         vec![[[0.0; L]; 6]; self.nodes()]
     }
 
-    /// y = K x: the gradient (N, N·m) of the bonds' energy at displacements and rotations x, without macroscopic strain.
+    /// y = K x: the gradient (N, N·m) of the energy at displacements and rotations x, without macroscopic strain.
     #[inline(always)]
     pub fn apply<const L: usize>(&self, x: &[NodeField<L>], y: &mut [NodeField<L>]) {
         y.fill([[0.0; L]; 6]);
@@ -148,6 +153,9 @@ impl BondList {
             let delta = relative_displacement(bond, &x[a], &x[b]);
             scatter(bond, &delta, a, b, y);
         }
+        if let Some(nodal) = &self.nodal {
+            nodal.apply(x, y);
+        }
     }
 
     /// y = gradient of the energy under macroscopic strains alone (u = θ = 0), one strain per load case (Kelvin-Mandel).
@@ -155,6 +163,9 @@ impl BondList {
         y.fill([[0.0; L]; 6]);
         for bond in &self.bonds {
             scatter(bond, &strained(bond, strains), bond.a as usize, bond.b as usize, y);
+        }
+        if let Some(nodal) = &self.nodal {
+            nodal.apply_strain(strains, y);
         }
     }
 
@@ -181,7 +192,28 @@ impl BondList {
                 }
             }
         }
+        if let Some(nodal) = &self.nodal {
+            nodal.add_diagonal_blocks(&mut blocks);
+        }
         blocks
+    }
+
+    /// What the force (N) and the moment (N·m) of unit strain at every node sum up to in magnitude, at the least: forces
+    /// that balance leave rounding of these behind.
+    pub fn carried(&self) -> Vec<[f64; 2]> {
+        let mut carried = vec![[0.0; 2]; self.nodes()];
+        for bond in &self.bonds {
+            let length = 2.0 * bond.half;
+            for node in [bond.a, bond.b] {
+                let [force, moment] = &mut carried[node as usize];
+                *force += (bond.dk + 3.0 * bond.kt) * length;
+                *moment += 2.0 * bond.kt * length * length;
+            }
+        }
+        if let Some(nodal) = &self.nodal {
+            nodal.add_carried(&mut carried);
+        }
+        carried
     }
 
     /// Mean energies and stresses of L load cases, each with its strain and its field: what a test measures.
@@ -215,6 +247,9 @@ impl BondList {
             }
             length += 2.0 * bond.half;
         }
+        if let Some(nodal) = &self.nodal {
+            nodal.measure(strains, x, &mut energy, &mut stress, &mut force);
+        }
         let count = self.bonds.len().max(1) as f64;
         Measured {
             energy: energy.map(|row| row.map(|e| e / self.volume)),
@@ -231,7 +266,7 @@ pub struct Measured<const L: usize> {
     pub energy: [[f64; L]; L],
     /// (1/V) Σ f⊗L (Pa), rows 11 12 13 21 … 33, per load case.
     pub stress: [[f64; L]; 9],
-    /// Mean |f| of a bond (N).
+    /// Mean |f| of a bond (N); a nodal term's part counts apart.
     pub mean_force: [f64; L],
     /// Mean length of a bond (m).
     pub mean_length: f64,

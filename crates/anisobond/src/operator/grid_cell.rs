@@ -3,7 +3,9 @@
 use nalgebra::Vector3;
 
 use super::bond_list::{Network, StiffBond};
+use super::nodal_term::NodalTerm;
 use crate::lattice::Neighbourhood;
+use crate::tensor::Stiffness;
 use crate::{Error, Result};
 
 /// More bonds than this are refused before memory is taken (about 4 GB).
@@ -11,6 +13,12 @@ const MOST_BONDS: f64 = 64e6;
 
 /// Micromoduli of ξ and −ξ may differ by this share of the largest; what counts is their mean.
 const ASYMMETRY: f64 = 1e-9;
+
+/// Relative tolerance (of the square) within which a node on the border of a void belongs to it.
+const ON_VOID: f64 = 1e-9;
+
+/// Sets the choice of missing nodes apart from the displacements of the same seed.
+const MISSING_STREAM: u64 = 0x6d69_7373;
 
 /// A periodic cell of a grid, perfect or with defects.
 ///
@@ -49,6 +57,80 @@ impl GridCell {
         normal: &[f64],
         tangential: Option<&[f64]>,
     ) -> Result<Network> {
+        self.assembled(neighbourhood, normal, tangential).map(|(network, _)| network)
+    }
+
+    /// The network of the hybrid model: central bonds of micromodulus c (N/m⁶) and the nodal term Z (Pa) of every node
+    /// that is there, averaged with the influence ω over the bonds that are left to it. Each node stands for ΔV.
+    ///
+    /// # Errors
+    /// As [`GridCell::network`].
+    pub fn hybrid_network(
+        &self,
+        neighbourhood: &Neighbourhood,
+        micromodulus: &[f64],
+        nodal: &Stiffness,
+    ) -> Result<Network> {
+        let (mut network, weights) = self.assembled(neighbourhood, micromodulus, None)?;
+        let volumes = vec![neighbourhood.spacing().powi(3); network.nodes.len()];
+        network.nodal = Some(NodalTerm { stiffness: *nodal, volumes, weights });
+        Ok(network)
+    }
+
+    /// The cell with a share (0 to below 1) of all its places missing, chosen at random by the seed, beside those that
+    /// are missing already.
+    ///
+    /// # Errors
+    /// A share out of range.
+    pub fn with_missing(mut self, share: f64) -> Result<Self> {
+        if !(0.0..1.0).contains(&share) {
+            return Err(Error::input(format!("a share of {share} of the nodes is missing"), "give 0 to below 1"));
+        }
+        let mut order: Vec<usize> = (0..self.len()).collect();
+        let rank = |node: usize| noise(self.seed ^ MISSING_STREAM, node as u64);
+        order.sort_by(|&a, &b| rank(a).total_cmp(&rank(b)));
+        order.truncate((share * self.len() as f64).round() as usize);
+        self.missing.extend(order);
+        self.missing.sort_unstable();
+        self.missing.dedup();
+        Ok(self)
+    }
+
+    /// The cell with a spherical void: no node within a radius (spacings) of a centre (places i, j, k along the grid's
+    /// axes, fractions allowed); through the cell's borders.
+    ///
+    /// # Errors
+    /// A radius that is not positive, or numbers that are not finite.
+    pub fn with_void(mut self, centre: [f64; 3], radius: f64) -> Result<Self> {
+        if !(radius.is_finite() && radius > 0.0 && centre.iter().all(|x| x.is_finite())) {
+            return Err(Error::input(
+                format!("a void of radius {radius} spacings at ({}, {}, {})", centre[0], centre[1], centre[2]),
+                "give a positive radius and a finite centre",
+            ));
+        }
+        let inside = |node: usize| {
+            let at = self.at(node);
+            let square = |d: usize| {
+                let edge = self.nodes[d] as f64;
+                let x = (f64::from(at[d]) - centre[d]).rem_euclid(edge);
+                x.min(edge - x).powi(2)
+            };
+            (0..3).map(square).sum::<f64>() <= radius * radius * (1.0 + ON_VOID)
+        };
+        let void: Vec<usize> = (0..self.len()).filter(|&node| inside(node)).collect();
+        self.missing.extend(void);
+        self.missing.sort_unstable();
+        self.missing.dedup();
+        Ok(self)
+    }
+
+    /// The network and the influence of every bond.
+    fn assembled(
+        &self,
+        neighbourhood: &Neighbourhood,
+        normal: &[f64],
+        tangential: Option<&[f64]>,
+    ) -> Result<(Network, Vec<f64>)> {
         self.check(neighbourhood)?;
         let numbers = self.numbers()?;
         let offsets = self.displacements(neighbourhood);
@@ -56,6 +138,7 @@ impl GridCell {
         let nodes = places.map(|(node, _)| place(neighbourhood, self.at(node)) + offsets[node]).collect();
         let half = half_bonds(neighbourhood, normal, tangential)?;
         let mut bonds = Vec::with_capacity(half.len() * numbers.len());
+        let mut influences = Vec::with_capacity(half.len() * numbers.len());
         for (node, a) in numbers.iter().enumerate() {
             for bond in &half {
                 let other = self.neighbour(node, bond.offset);
@@ -64,10 +147,12 @@ impl GridCell {
                     let per_length = 1.0 / branch.norm();
                     let (normal, tangential) = (bond.normal * per_length, bond.tangential * per_length);
                     bonds.push(StiffBond { a, b, branch, normal, tangential });
+                    influences.push(bond.influence);
                 }
             }
         }
-        Ok(Network { nodes, bonds, volume: self.len() as f64 * neighbourhood.spacing().powi(3) })
+        let volume = self.len() as f64 * neighbourhood.spacing().powi(3);
+        Ok((Network { nodes, bonds, volume, nodal: None }, influences))
     }
 
     /// Number of places for nodes, missing ones included.
@@ -152,6 +237,7 @@ fn place(neighbourhood: &Neighbourhood, at: [i32; 3]) -> Vector3<f64> {
 struct HalfBond {
     offset: [i32; 3],
     xi: Vector3<f64>,
+    influence: f64,
     normal: f64,
     tangential: f64,
 }
@@ -166,7 +252,13 @@ fn half_bonds(neighbourhood: &Neighbourhood, normal: &[f64], tangential: Option<
     let half = (bonds.len() / 2..bonds.len()).map(|k| {
         let bond = &bonds[k];
         let mean = |c: &[f64]| 0.5 * bond.influence * (c[k] + c[bonds.len() - 1 - k]) * square;
-        HalfBond { offset: bond.offset, xi: bond.xi, normal: mean(normal), tangential: tangential.map_or(0.0, mean) }
+        HalfBond {
+            offset: bond.offset,
+            xi: bond.xi,
+            influence: bond.influence,
+            normal: mean(normal),
+            tangential: tangential.map_or(0.0, mean),
+        }
     });
     Ok(half.collect())
 }

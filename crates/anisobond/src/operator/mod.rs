@@ -7,10 +7,12 @@ mod grid_operator;
 mod hybrid_naive;
 mod morton;
 pub mod naive;
+mod nodal_term;
 mod vector_field;
 
 pub use bond_list::{BondList, Field, Measured, Network, NodeField, StiffBond};
 pub use grid_cell::GridCell;
 pub use grid_operator::{GridOperator, Kinematics};
 pub use hybrid_naive::{BlockResponse, PeriodicHybrid};
+pub use nodal_term::NodalTerm;
 pub use vector_field::VectorField;

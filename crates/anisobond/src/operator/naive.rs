@@ -1,10 +1,10 @@
 //! The dense matrix: slow, obvious, the oracle of the kernels.
 
-use nalgebra::{DMatrix, Matrix6, SMatrix, Vector3};
+use nalgebra::{DMatrix, Matrix3, Matrix6, SMatrix, Vector3};
 
 use super::bond_list::Network;
 use crate::calibration::strain_dot;
-use crate::tensor::Stiffness;
+use crate::tensor::{PAIRS, Stiffness, mandel_weight};
 
 /// Energy of one bond as ½ qᵀ k q of q = (u_A, θ_A, u_B, θ_B, E·L), as the 15×15 matrix k.
 fn bond_matrix(branch: &Vector3<f64>, kn: f64, kt: f64) -> SMatrix<f64, 15, 15> {
@@ -43,7 +43,48 @@ pub fn dense_matrix(network: &Network) -> DMatrix<f64> {
         }
         k += from_q.transpose() * bond_matrix(&bond.branch, bond.normal, bond.tangential) * from_q;
     }
+    if let Some(term) = &network.nodal {
+        for node in 0..network.nodes.len() {
+            let average = average_strain(network, &term.weights, node);
+            k += term.volumes[node] * average.transpose() * term.stiffness.mandel() * average;
+        }
+    }
     k
+}
+
+/// The 6×(6n + 6) matrix that takes q to a node's average strain, sym Σ ω η⊗K⁻¹ξ over its bonds seen from it.
+fn average_strain(network: &Network, weights: &[f64], node: usize) -> DMatrix<f64> {
+    let columns = 6 * network.nodes.len() + 6;
+    let mut seen = Vec::new();
+    for (bond, weight) in network.bonds.iter().zip(weights) {
+        if bond.a as usize == node {
+            seen.push((bond.b as usize, bond.branch, *weight));
+        }
+        if bond.b as usize == node {
+            seen.push((bond.a as usize, -bond.branch, *weight));
+        }
+    }
+    let shape = seen.iter().fold(Matrix3::zeros(), |k, (_, xi, w)| k + *w * xi * xi.transpose());
+    let Some(inverse) = shape.try_inverse() else { return DMatrix::zeros(6, columns) };
+    let mut average = DMatrix::zeros(6, columns);
+    for (other, xi, weight) in seen {
+        let g = weight * (inverse * xi);
+        for q in 0..columns {
+            // η of a unit of q.
+            let eta = match q.checked_sub(columns - 6) {
+                Some(strain) => strain_dot(&nalgebra::Vector6::from_fn(|a, _| f64::from(a == strain)), &xi),
+                None if q % 6 < 3 => {
+                    let sign = f64::from(q / 6 == other) - f64::from(q / 6 == node);
+                    Vector3::from_fn(|i, _| if i == q % 6 { sign } else { 0.0 })
+                }
+                None => Vector3::zeros(),
+            };
+            for (a, &(i, j)) in PAIRS.iter().enumerate() {
+                average[(a, q)] += 0.5 * (eta[i] * g[j] + eta[j] * g[i]) * mandel_weight(a);
+            }
+        }
+    }
+    average
 }
 
 /// C = (K_EE − K_Eq K_qq⁺ K_qE)/V (Pa), K_qq⁺ by singular values; rotations free or zero.

@@ -8,6 +8,9 @@ use serde::Serialize;
 use super::preconditioner::BlockJacobi;
 use crate::operator::{BondList, Field, NodeField};
 
+/// p·Kp/p·Mp below minus this is negative energy, not rounding; the spectrum of M⁻¹K is of order 1.
+const NEGATIVE: f64 = 1e-10;
+
 /// When to stop.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Stopping {
@@ -32,6 +35,10 @@ pub struct SolverReport {
     pub residual: f64,
     /// Whether every load case met the tolerance.
     pub converged: bool,
+    /// Whether a direction of negative energy was met: K is not positive semidefinite, the body not stable, and the
+    /// solve was given up. Where random loads converge without meeting one, there is none beyond the tolerance: the
+    /// part of a load along a negative mode could only have grown.
+    pub negative_curvature: bool,
 }
 
 impl SolverReport {
@@ -41,12 +48,13 @@ impl SolverReport {
             iterations: self.iterations.max(other.iterations),
             residual: self.residual.max(other.residual),
             converged: self.converged && other.converged,
+            negative_curvature: self.negative_curvature || other.negative_curvature,
         }
     }
 }
 
 /// Solve K x = b for L load cases. K may be singular (translations always are) as long as b does no work on its zero
-/// modes, which forces from strains never do.
+/// modes, which forces from strains never do. If K turns out indefinite, the solve ends and the report says so.
 ///
 /// The same code is compiled for wider vectors where the processor has them; without fused multiply-add, so that the
 /// bits do not depend on the processor.
@@ -110,19 +118,26 @@ fn iterate<const L: usize>(
     let start = precondition(preconditioner, &r, &mut z);
     p.copy_from_slice(&z);
     let mut rz = start;
+    // p·Mp: r ⟂ p makes it the sum of its parts.
+    let mut size = start;
+    let mut negative_curvature = preconditioner.indefinite();
     let mut iterations = 0;
-    while active(&rz, &start, stopping) && iterations < stopping.most_iterations {
+    while active(&rz, &start, stopping) && iterations < stopping.most_iterations && !negative_curvature {
         list.apply(&p, &mut q);
-        let alpha = step_length(&rz, &dot(&p, &q), &start, stopping);
+        let energy = dot(&p, &q);
+        negative_curvature = (0..L).any(|l| energy[l] < -NEGATIVE * size[l]);
+        let alpha = step_length(&rz, &energy, &start, stopping);
         advance(&alpha, &p, &q, &mut x, &mut r);
         let rz_next = precondition(preconditioner, &r, &mut z);
-        turn(&ratio(&rz_next, &rz), &z, &mut p);
+        let beta = ratio(&rz_next, &rz);
+        turn(&beta, &z, &mut p);
+        size = std::array::from_fn(|l| rz_next[l] + beta[l] * beta[l] * size[l]);
         rz = rz_next;
         iterations += 1;
     }
     let residual = relative(&rz, &start).into_iter().fold(0.0, f64::max);
-    let converged = !active(&rz, &start, stopping) && rz.iter().all(|r| r.is_finite());
-    (x, SolverReport { iterations, residual, converged })
+    let converged = !active(&rz, &start, stopping) && rz.iter().all(|r| r.is_finite()) && !negative_curvature;
+    (x, SolverReport { iterations, residual, converged, negative_curvature })
 }
 
 /// √(r·z) relative to the start; 0 for a right-hand side of zero.

@@ -15,12 +15,16 @@ const SINGULAR: f64 = 1e-12;
 /// rotational rows are zero, so that conjugate gradients never leave θ = 0.
 pub struct BlockJacobi {
     blocks: Vec<[[f64; 6]; 6]>,
+    indefinite: bool,
 }
 
 impl BlockJacobi {
     /// From a bond list.
     pub fn new(list: &BondList, rotations_free: bool) -> Self {
-        let invert = |block: &Matrix6<f64>| if rotations_free { inverse(block) } else { blocked_inverse(block) };
+        let mut indefinite = false;
+        let mut invert = |block: &Matrix6<f64>| {
+            if rotations_free { inverse(block, &mut indefinite) } else { blocked_inverse(block, &mut indefinite) }
+        };
         let blocks = list
             .diagonal_blocks()
             .iter()
@@ -29,7 +33,12 @@ impl BlockJacobi {
                 std::array::from_fn(|i| std::array::from_fn(|j| m[(i, j)]))
             })
             .collect();
-        BlockJacobi { blocks }
+        BlockJacobi { blocks, indefinite }
+    }
+
+    /// Whether some node alone can move so that the energy falls: K is then not positive semidefinite.
+    pub fn indefinite(&self) -> bool {
+        self.indefinite
     }
 
     /// z = M⁻¹ r at one node.
@@ -49,18 +58,18 @@ impl BlockJacobi {
 
 /// Inverse of a symmetric semidefinite block, scaled to a unit diagonal first: displacements and rotations differ in
 /// unit. By Cholesky where it is definite, over its eigenvectors where it is not.
-fn inverse(block: &Matrix6<f64>) -> Matrix6<f64> {
+fn inverse(block: &Matrix6<f64>, indefinite: &mut bool) -> Matrix6<f64> {
     let scale = block.diagonal().map(|d| if d > 0.0 { 1.0 / d.sqrt() } else { 1.0 });
     let scaled = Matrix6::from_fn(|i, j| block[(i, j)] * scale[i] * scale[j]);
     let inverse = scaled
         .cholesky()
         .filter(|c| c.l_dirty().diagonal().iter().all(|p| p * p > DEFINITE))
-        .map_or_else(|| pseudo_inverse(&scaled), |c| c.inverse());
+        .map_or_else(|| pseudo_inverse(&scaled, indefinite), |c| c.inverse());
     Matrix6::from_fn(|i, j| inverse[(i, j)] * scale[i] * scale[j])
 }
 
-/// Σ v vᵀ/λ over the eigenpairs that are not zero.
-fn pseudo_inverse(scaled: &Matrix6<f64>) -> Matrix6<f64> {
+/// Σ v vᵀ/λ over the positive eigenpairs; told if one is negative.
+fn pseudo_inverse(scaled: &Matrix6<f64>, indefinite: &mut bool) -> Matrix6<f64> {
     let eigen = scaled.symmetric_eigen();
     let floor = SINGULAR * eigen.eigenvalues.amax();
     let mut sum = Matrix6::zeros();
@@ -68,15 +77,16 @@ fn pseudo_inverse(scaled: &Matrix6<f64>) -> Matrix6<f64> {
         if *value > floor {
             sum += v * v.transpose() / *value;
         }
+        *indefinite |= *value < -floor;
     }
     sum
 }
 
 /// Inverse of the displacement block alone.
-fn blocked_inverse(block: &Matrix6<f64>) -> Matrix6<f64> {
+fn blocked_inverse(block: &Matrix6<f64>, indefinite: &mut bool) -> Matrix6<f64> {
     let mut only = Matrix6::zeros();
     only.fixed_view_mut::<3, 3>(0, 0).copy_from(&block.fixed_view::<3, 3>(0, 0));
-    let mut inverse = inverse(&(only + rotational_identity()));
+    let mut inverse = inverse(&(only + rotational_identity()), indefinite);
     inverse.fixed_view_mut::<3, 3>(3, 3).copy_from(&Matrix3::zeros());
     inverse
 }

@@ -4,7 +4,7 @@
 pub mod qp;
 
 use anisobond::calibration::Calibration;
-use anisobond::lattice::Neighbourhood;
+use anisobond::lattice::{Lattice, Neighbourhood, Packing};
 use anisobond::tensor::{MONOMIALS, Stiffness};
 use nalgebra::{Matrix6, Vector3};
 
@@ -18,6 +18,34 @@ pub fn shared_data(name: &str) -> Option<String> {
             None
         }
     }
+}
+
+/// The document's packing, or `None` with a message where the data is absent.
+pub fn reference_packing() -> Option<Packing> {
+    let text = shared_data("woo-packing-2556.txt")?;
+    let mut lines = text.lines();
+    let numbers = |line: &str| line.split_whitespace().filter_map(|x| x.parse().ok()).collect::<Vec<f64>>();
+    let cell = numbers(lines.next().unwrap());
+    let rows: Vec<Vec<f64>> = lines.map(numbers).filter(|row| row.len() == 4).collect();
+    let centres = rows.iter().map(|r| Vector3::new(r[0], r[1], r[2])).collect();
+    let radii = rows.iter().map(|r| r[3]).collect();
+    Some(Packing::new(Some(Vector3::new(cell[0], cell[1], cell[2])), centres, radii).unwrap())
+}
+
+/// n³ spheres of unit spacing, shaken by up to so much along each axis.
+pub fn jittered(n: usize, seed: u64, shake: f64) -> Packing {
+    let mut random = Random(seed);
+    let centres: Vec<Vector3<f64>> = (0..n * n * n)
+        .map(|k| Vector3::new((k % n) as f64, (k / n % n) as f64, (k / n / n) as f64))
+        .map(|x| x + shake * Vector3::new(random.number(), random.number(), random.number()))
+        .collect();
+    let radii = (0..centres.len()).map(|_| 0.5 + 0.05 * random.number()).collect();
+    Packing::new(Some(Vector3::new(n as f64, n as f64, 1.01 * n as f64)), centres, radii).unwrap()
+}
+
+/// The lattice of shaken spheres.
+pub fn jittered_lattice(n: usize, seed: u64, contact_radius: f64) -> Lattice {
+    Lattice::new(jittered(n, seed, 0.25), contact_radius).unwrap()
 }
 
 /// The positive definite crystals of the Materials Project sample: identifier and stiffness.

@@ -97,7 +97,7 @@ impl DynamicTest {
     /// Run the six tests, in parallel; the result does not depend on the number of threads.
     ///
     /// # Errors
-    /// A strain that is zero, not finite or beyond 20 %; no steps; what [`BondList::new`] refuses; nodes or parts that
+    /// A strain that is zero, not finite or beyond 20 %; no steps; a nodal term; what [`BondList::new`] refuses; nodes or parts that
     /// no bond joins.
     pub fn run(&self, network: &Network) -> Result<DynamicTestResult> {
         if !(self.strain.abs() > 0.0 && self.strain.abs() <= LARGEST_STRAIN) {
@@ -110,6 +110,12 @@ impl DynamicTest {
             return Err(Error::input(
                 format!("{} steps of loading, {} in all", self.ramp, self.most_steps),
                 "give at least one step of loading and more in all",
+            ));
+        }
+        if network.nodal.is_some() {
+            return Err(Error::input(
+                "a dynamic test of a lattice with a nodal term: its finite strain is not defined",
+                "use the static test",
             ));
         }
         if network.bonds.is_empty() {

@@ -38,6 +38,10 @@ impl Mechanism {
             parent[a.max(b) as usize] = a.min(b);
             constraints += usize::from(bond.normal > 0.0) + 2 * usize::from(bond.tangential > 0.0);
         }
+        if let Some(term) = &network.nodal {
+            // An average strain holds as many as six unknowns.
+            constraints += 6 * term.volumes.iter().filter(|v| **v > 0.0).count();
+        }
         let floaters: Vec<usize> = (0..degree.len()).filter(|&i| degree[i] == 0 && degree.len() > 1).collect();
         let mut size = vec![0usize; parent.len()];
         let roots: Vec<usize> = (0..parent.len() as u32).map(|i| root(&mut parent, i) as usize).collect();

@@ -10,6 +10,6 @@ mod static_test;
 
 pub use dynamic::{DynamicTest, DynamicTestResult};
 pub use mechanism::Mechanism;
-pub(crate) use relaxed::sensitivity;
-pub use relaxed::{BondDeformation, bond_deformations};
+pub use relaxed::{BondDeformation, bond_deformations, nodal_strains};
+pub(crate) use relaxed::{nodal_sensitivity, sensitivity};
 pub use static_test::{Certificate, ElementTest, ElementTestResult, Fields, Mechanisms, Rotations};

@@ -1,9 +1,9 @@
 //! How each bond deforms in an element test, and what its stiffness is worth to the whole.
 
-use nalgebra::{Matrix3x6, Matrix6, RowVector6, SMatrix, SVector};
+use nalgebra::{Matrix3x6, Matrix6, RowVector6, SMatrix, SVector, Vector3, Vector6};
 
 use super::static_test::Fields;
-use crate::calibration::{strain_dot, tensor_coordinates};
+use crate::calibration::{strain_dot, tensor_coordinates, tensor_of_coordinates};
 use crate::operator::{Network, StiffBond};
 use crate::tensor::mandel_weight;
 
@@ -45,9 +45,7 @@ fn deformation(bond: &StiffBond, fields: &Fields) -> BondDeformation {
         let turn = 0.5 * (theta[a] + theta[b]);
         // Fields are those of engineering strain 1 in shear; a unit Kelvin-Mandel shear is √2 of it.
         let relaxed = mandel_weight(case) * (u[b] - u[a] - turn.cross(&bond.branch));
-        let mut unit = nalgebra::Vector6::zeros();
-        unit[case] = 1.0;
-        delta.set_column(case, &(relaxed + strain_dot(&unit, &bond.branch)));
+        delta.set_column(case, &(relaxed + strain_dot(&unit_strain(case), &bond.branch)));
     }
     let normal = n.transpose() * delta;
     BondDeformation { normal, tangential: delta - n * normal }
@@ -69,4 +67,38 @@ pub(crate) fn sensitivity<const P: usize>(
         sum += tensor_coordinates(&deformation.of_tangential()) * tangential.transpose();
     }
     sum / network.volume
+}
+
+/// The relaxed average strains of a network's nodes under the six unit strains (Kelvin-Mandel, one column each), in its
+/// order; nothing without a nodal term.
+pub fn nodal_strains(network: &Network, fields: &Fields) -> Vec<Matrix6<f64>> {
+    let Some(term) = &network.nodal else { return Vec::new() };
+    let mut strains = vec![Matrix6::zeros(); network.nodes.len()];
+    for case in 0..6 {
+        // As above: fields are those of engineering strain 1 in shear.
+        let moved: Vec<Vector3<f64>> = fields.displacement[case].iter().map(|u| mandel_weight(case) * u).collect();
+        for (node, e) in term.average_strains(&network.bonds, &moved, &unit_strain(case)).iter().enumerate() {
+            strains[node].set_column(case, e);
+        }
+    }
+    strains
+}
+
+/// ∂C/∂Z (–) as coordinates by coordinates: of a change δZ, δC = (1/V) Σ V_i ε̄_iᵀ δZ ε̄_i with the relaxed average strains.
+pub(crate) fn nodal_sensitivity(network: &Network, fields: &Fields) -> SMatrix<f64, 21, 21> {
+    let volumes = network.nodal.as_ref().map_or(&[][..], |term| &term.volumes);
+    let strains = nodal_strains(network, fields);
+    let mut jacobian = SMatrix::<f64, 21, 21>::zeros();
+    for k in 0..21 {
+        let unit = tensor_of_coordinates(&SVector::from_fn(|i, _| f64::from(i == k)));
+        let sum =
+            strains.iter().zip(volumes).fold(Matrix6::zeros(), |sum, (e, v)| sum + *v * (e.transpose() * unit * e));
+        jacobian.set_column(k, &(tensor_coordinates(&sum) / network.volume));
+    }
+    jacobian
+}
+
+/// The unit strain of a case in Kelvin-Mandel coordinates.
+fn unit_strain(case: usize) -> Vector6<f64> {
+    Vector6::from_fn(|a, _| f64::from(a == case))
 }

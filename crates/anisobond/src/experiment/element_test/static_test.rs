@@ -122,13 +122,20 @@ impl ElementTest {
     /// Test a network.
     ///
     /// # Errors
-    /// What [`BondList::new`] refuses; a network without bonds; a mechanism, unless only to be reported.
+    /// What [`BondList::new`] refuses; a network without bonds; a mechanism, or displacements of negative energy, unless
+    /// only to be reported.
     pub fn run(&self, network: &Network) -> Result<ElementTestResult> {
         let mut mechanism = self.mechanism_of_graph(network)?;
         let list = BondList::new(network)?;
         let preconditioner = BlockJacobi::new(&list, self.rotations == Rotations::Free);
         let (x, solver) = self.solve(network, &list, &preconditioner);
         let field = strain_lanes(&x);
+        if solver.negative_curvature && self.mechanisms == Mechanisms::Refuse {
+            return Err(Error::input(
+                "the lattice is not stable: there are displacements that lower its energy",
+                "use a nodal term with no negative eigenvalue, stiffer bonds, or ask for such lattices to be reported only",
+            ));
+        }
         if solver.converged {
             self.free_modes(network, &list, &x, &mut mechanism)?;
         }
@@ -189,7 +196,7 @@ impl ElementTest {
             *b -= f;
         }
         let unknowns = if self.rotations == Rotations::Free { 6 } else { 3 };
-        silence_rounding(list, mean_length(network), unknowns, &mut b);
+        silence_rounding(list, unknowns, &mut b);
         conjugate_gradients(list, m, &b, &self.stopping)
     }
 
@@ -324,16 +331,13 @@ const ROUNDING: f64 = 1e-14;
 
 /// On a perfect grid the forces of uniform strain balance at every node: what rounding leaves of them is no load, and
 /// solving for it would follow the noise of a singular matrix. A load case that is nothing else becomes zero.
-fn silence_rounding<const L: usize>(list: &BondList, mean_length: f64, unknowns: usize, b: &mut [NodeField<L>]) {
-    let blocks = list.diagonal_blocks();
+fn silence_rounding<const L: usize>(list: &BondList, unknowns: usize, b: &mut [NodeField<L>]) {
+    let carried = list.carried();
     for l in 0..L {
-        let noise = |(b, block): (&NodeField<L>, &Matrix6<f64>)| {
-            let trace = |first: usize| (first..first + 3).map(|i| block[(i, i)]).sum::<f64>();
-            // What unit strain can do: force k ℓ, moment k_t ℓ².
-            let carried = [ROUNDING * trace(0) * mean_length, ROUNDING * 4.0 * trace(3)];
-            (0..unknowns).all(|i| b[i][l].abs() <= carried[i / 3])
+        let noise = |(b, carried): (&NodeField<L>, &[f64; 2])| {
+            (0..unknowns).all(|i| b[i][l].abs() <= ROUNDING * carried[i / 3])
         };
-        if b.iter().zip(&blocks).all(noise) {
+        if b.iter().zip(&carried).all(noise) {
             b.iter_mut().flatten().for_each(|row| row[l] = 0.0);
         }
     }

@@ -17,6 +17,8 @@ const OWN_RADIUS: f64 = 0.22;
 pub struct NeighbourhoodPicture {
     /// Name of the material, for the title.
     pub material: String,
+    /// What the colours say, as "micromodulus c" (N/m⁶).
+    pub quantity: String,
     /// The panels, from left to right.
     pub views: Vec<View>,
 }
@@ -30,7 +32,7 @@ impl NeighbourhoodPicture {
             cut(-Vector3::y()).captioned("cut, n = (0, −1, 0)"),
             cut(Vector3::z()).captioned("cut, n = (0, 0, 1)"),
         ];
-        NeighbourhoodPicture { material: material.into(), views }
+        NeighbourhoodPicture { material: material.into(), quantity: "micromodulus c".into(), views }
     }
 }
 
@@ -49,7 +51,7 @@ pub fn neighbourhood_scene(
     let mut balls: Vec<Ball> =
         bonds.map(|(bond, &c)| Ball { centre: bond.xi, radius: RADIUS * spacing, value: Some(c) }).collect();
     balls.push(Ball { centre: Vector3::zeros(), radius: OWN_RADIUS * spacing, value: None });
-    let scalar = Scalar { name: "micromodulus c".into(), unit: "N/m⁶".into() };
+    let scalar = Scalar { name: options.quantity.clone(), unit: "N/m⁶".into() };
     Scene::new(balls, scalar)?.titled(options.material.clone(), subtitle(neighbourhood)).viewed(options.views.clone())
 }
 

@@ -106,7 +106,7 @@ fn the_svg_shows_exactly_the_kept_side() {
         // A view cut along the turned grid, where rounding decides unless the plane has a thickness.
         let along = neighbourhood.orientation() * Vector3::new(0.0, -1.0, 0.0);
         let views = vec![View::whole(), View::cut(along).unwrap(), View::cut(3.0 * along).unwrap()];
-        let options = NeighbourhoodPicture { material: "rock".into(), views };
+        let options = NeighbourhoodPicture { views, ..NeighbourhoodPicture::of("rock") };
         let c: Vec<f64> = neighbourhood.bonds().iter().map(micromodulus).collect();
         let svg = neighbourhood_scene(&neighbourhood, &c, &options).unwrap().svg();
         let file = roxmltree::Document::parse(&svg).unwrap();

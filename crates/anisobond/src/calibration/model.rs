@@ -1,0 +1,199 @@
+//! The three models of a grid behind one door: settings, a neighbourhood prepared for them, and what comes out.
+
+use super::advice::Model;
+use super::calibrator::{Calibration, Calibrator, LowerBound};
+use super::dispersion::{Dispersion, LongWaves, Stability};
+use super::hybrid::{HybridCalibration, HybridCalibrator, HybridForm};
+use super::micropolar::{MicropolarCalibration, MicropolarCalibrator, Promise};
+use crate::Result;
+use crate::lattice::Neighbourhood;
+use crate::tensor::Stiffness;
+
+/// A model with what can be chosen of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ModelSettings {
+    /// Normal bonds, with a lower bound of their micromoduli.
+    Central(LowerBound),
+    /// Normal and tangential bonds; which tensor they promise.
+    Micropolar(Promise),
+    /// Normal bonds and a nodal term; `None` for the form that is exact and stable.
+    Hybrid(Option<HybridForm>),
+}
+
+/// A neighbourhood prepared for a model and any number of materials.
+pub enum ModelCalibrator<'a> {
+    /// Normal bonds.
+    Central(Box<Calibrator<'a>>, LowerBound),
+    /// Normal and tangential bonds.
+    Micropolar(Box<MicropolarCalibrator<'a>>, Promise),
+    /// Normal bonds and a nodal term.
+    Hybrid(Box<HybridCalibrator<'a>>, Option<HybridForm>),
+}
+
+/// The bonds of a material, and the waves of the grid that they make.
+#[derive(Clone, Debug)]
+pub enum ModelCalibration {
+    /// Normal bonds.
+    Central(Calibration, WaveEvidence),
+    /// Normal and tangential bonds.
+    Micropolar(MicropolarCalibration, WaveEvidence),
+    /// Normal bonds and a nodal term; it carries its waves itself.
+    Hybrid(HybridCalibration),
+}
+
+/// Waves of a grid: the weakest, and the longest against two continua.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WaveEvidence {
+    /// The weakest wave.
+    pub stability: Stability,
+    /// Long waves against Christoffel's speeds of the wanted tensor.
+    pub target: LongWaves,
+    /// Long waves against Christoffel's speeds of the tensor that the grid has; `None` where that is not positive
+    /// definite.
+    pub reached: Option<LongWaves>,
+}
+
+impl WaveEvidence {
+    fn new(dispersion: &Dispersion, target: &Stiffness, reached: &Stiffness) -> Self {
+        WaveEvidence {
+            stability: dispersion.stability(),
+            target: dispersion.long_waves(target),
+            reached: reached.require_positive_definite().is_ok().then(|| dispersion.long_waves(reached)),
+        }
+    }
+}
+
+impl<'a> ModelCalibrator<'a> {
+    /// Prepare a neighbourhood.
+    ///
+    /// # Errors
+    /// The hybrid model on bonds that all lie in a plane.
+    pub fn new(neighbourhood: &'a Neighbourhood, settings: ModelSettings) -> Result<Self> {
+        Ok(match settings {
+            ModelSettings::Central(bound) => ModelCalibrator::Central(Box::new(Calibrator::new(neighbourhood)), bound),
+            ModelSettings::Micropolar(promise) => {
+                ModelCalibrator::Micropolar(Box::new(MicropolarCalibrator::new(neighbourhood)), promise)
+            }
+            ModelSettings::Hybrid(form) => {
+                ModelCalibrator::Hybrid(Box::new(HybridCalibrator::new(neighbourhood)?), form)
+            }
+        })
+    }
+
+    /// The neighbourhood.
+    pub fn neighbourhood(&self) -> &'a Neighbourhood {
+        match self {
+            ModelCalibrator::Central(calibrator, _) => calibrator.neighbourhood(),
+            ModelCalibrator::Micropolar(calibrator, _) => calibrator.neighbourhood(),
+            ModelCalibrator::Hybrid(calibrator, _) => calibrator.calibrator().neighbourhood(),
+        }
+    }
+
+    /// Number of distinct ± directions of the bonds.
+    pub fn directions(&self) -> usize {
+        match self {
+            ModelCalibrator::Central(calibrator, _) => calibrator.directions(),
+            ModelCalibrator::Micropolar(calibrator, _) => calibrator.directions(),
+            ModelCalibrator::Hybrid(calibrator, _) => calibrator.calibrator().directions(),
+        }
+    }
+
+    /// Dimension of the tensors that bonds of either sign can reach: when nothing is missing 15, and 21 with tangential
+    /// bonds.
+    pub fn rank(&self) -> usize {
+        match self {
+            ModelCalibrator::Central(calibrator, _) => calibrator.rank(),
+            ModelCalibrator::Micropolar(calibrator, _) => calibrator.rank(),
+            ModelCalibrator::Hybrid(calibrator, _) => calibrator.calibrator().rank(),
+        }
+    }
+
+    /// The settings it was prepared with.
+    pub fn settings(&self) -> ModelSettings {
+        match *self {
+            ModelCalibrator::Central(_, bound) => ModelSettings::Central(bound),
+            ModelCalibrator::Micropolar(_, promise) => ModelSettings::Micropolar(promise),
+            ModelCalibrator::Hybrid(_, form) => ModelSettings::Hybrid(form),
+        }
+    }
+
+    /// Calibrate, and look at the waves.
+    ///
+    /// # Errors
+    /// A tensor that is not positive definite, or a lower bound that is none; for the form `stable`, a neighbourhood
+    /// whose bonds leave a uniform strain without energy.
+    pub fn calibrate(&self, target: &Stiffness) -> Result<ModelCalibration> {
+        let neighbourhood = self.neighbourhood();
+        Ok(match self {
+            ModelCalibrator::Central(calibrator, bound) => {
+                let r = calibrator.calibrate(target, *bound)?;
+                let dispersion = Dispersion::central(neighbourhood, &r.micromodulus)?;
+                let waves = WaveEvidence::new(&dispersion, target, &r.reached);
+                ModelCalibration::Central(r, waves)
+            }
+            ModelCalibrator::Micropolar(calibrator, promise) => {
+                let r = calibrator.calibrate(target, *promise)?;
+                let dispersion = Dispersion::micropolar(neighbourhood, &r.normal, &r.tangential)?;
+                let waves = WaveEvidence::new(&dispersion, target, &r.relaxed);
+                ModelCalibration::Micropolar(r, waves)
+            }
+            ModelCalibrator::Hybrid(calibrator, None) => ModelCalibration::Hybrid(calibrator.calibrate(target)?),
+            ModelCalibrator::Hybrid(calibrator, Some(form)) => {
+                ModelCalibration::Hybrid(calibrator.calibrate_as(target, *form)?)
+            }
+        })
+    }
+}
+
+impl ModelCalibration {
+    /// The model.
+    pub fn model(&self) -> Model {
+        match self {
+            ModelCalibration::Central(..) => Model::Central,
+            ModelCalibration::Micropolar(..) => Model::Micropolar,
+            ModelCalibration::Hybrid(_) => Model::Hybrid,
+        }
+    }
+
+    /// ‖target − promised tensor‖/‖target‖.
+    pub fn promised_error(&self) -> f64 {
+        match self {
+            ModelCalibration::Central(r, _) => r.relative_error,
+            ModelCalibration::Micropolar(r, _) => r.promised_error(),
+            ModelCalibration::Hybrid(r) => r.relative_error,
+        }
+    }
+
+    /// The weakest wave of the grid.
+    pub fn stability(&self) -> &Stability {
+        match self {
+            ModelCalibration::Central(_, waves) | ModelCalibration::Micropolar(_, waves) => &waves.stability,
+            ModelCalibration::Hybrid(r) => &r.stability,
+        }
+    }
+
+    /// Normal micromodulus of every bond (N/m⁶).
+    pub fn normal(&self) -> &[f64] {
+        match self {
+            ModelCalibration::Central(r, _) => &r.micromodulus,
+            ModelCalibration::Micropolar(r, _) => &r.normal,
+            ModelCalibration::Hybrid(r) => &r.bonds.micromodulus,
+        }
+    }
+
+    /// Tangential micromodulus of every bond (N/m⁶), where the model has one.
+    pub fn tangential(&self) -> Option<&[f64]> {
+        match self {
+            ModelCalibration::Micropolar(r, _) => Some(&r.tangential),
+            _ => None,
+        }
+    }
+
+    /// The nodal term Z (Pa), where the model has one.
+    pub fn nodal(&self) -> Option<&Stiffness> {
+        match self {
+            ModelCalibration::Hybrid(r) => Some(&r.nodal),
+            _ => None,
+        }
+    }
+}

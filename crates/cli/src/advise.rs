@@ -1,0 +1,59 @@
+//! `anisobond advise`.
+
+use anisobond::Result;
+use anisobond::io::{AdviceReport, find_material};
+
+use crate::{Ending, args, text};
+
+pub fn run(args: &args::Advise) -> Result<Ending> {
+    let material = find_material(&args.material, args.table.row.as_deref(), args.table.unit.as_deref())?;
+    let report = AdviceReport::new(&material)?;
+    if args.json {
+        text::print_json(&report)?;
+    } else {
+        text::print(&describe(&report))?;
+    }
+    Ok(Ending::Done)
+}
+
+fn describe(r: &AdviceReport) -> String {
+    let a = &r.advice;
+    let (unit, name) = text::stress_unit(text::largest(&r.stiffness));
+    let stress = |x: f64| text::number(x / unit);
+    let mut out = text::heading(&r.material, &r.source);
+    out += &format!("\n\nrecommended      {}: {}\n", a.recommended.name(), a.reason);
+    out += &format!("\nCauchy gap       {} %\n", text::percent(a.cauchy_gap));
+    let [x, y, z] = a.defect_eigenvalues.map(stress);
+    out += &format!(
+        "Cauchy defect    eigenvalues {x}, {y}, {z} {name}; triangle test {}\n",
+        if a.triangle_test { "passed" } else { "failed" }
+    );
+    out += &format!(
+        "Cauchy part      smallest Kelvin modulus {} {name}: central bonds ≥ 0 {}\n",
+        stress(a.cauchy_part_smallest),
+        if a.cauchy_part_positive { "reach it" } else { "do not reach it" }
+    );
+    out += &format!("Poisson (Hill)   {}\n", text::number(a.poisson));
+    for m in &a.models {
+        out += &format!("\n{}\n  reach      {}\n", m.model.name(), m.explanation);
+        out += &format!("  stability  {}\n", m.stability);
+        out += &format!(
+            "  cost       {} numbers per node, about {} flops per bond\n",
+            m.unknowns_per_node, m.flops_per_bond
+        );
+    }
+    let d = &r.reference;
+    out += &format!("\ntried on a sphere of horizon {} Δ, {} bonds, influence inverse:\n", d.horizon, d.bonds);
+    out += "  model                      promised error   measured error   smallest eigenvalue\n";
+    for m in &d.models {
+        let model = format!("{} {}", m.model.name(), m.choice.unwrap_or(""));
+        out += &format!(
+            "  {model:25} {:>14} % {:>14} %   {} {name}{}\n",
+            text::percent(m.promised_error),
+            text::percent(m.measured_error),
+            stress(m.smallest_eigenvalue),
+            if m.stable { "" } else { " (not stable)" }
+        );
+    }
+    out
+}

@@ -1,0 +1,128 @@
+//! `anisobond element-test --grid`: the element test of a cell of a grid.
+
+use anisobond::calibration::{Model, ModelCalibrator};
+use anisobond::experiment::element_test::{ElementTest, Rotations};
+use anisobond::experiment::{Correction, GridStudy};
+use anisobond::io::{self, GridTestReport};
+use anisobond::operator::GridCell;
+use anisobond::{Error, Result};
+
+use crate::lattice::{components, describe_correction, directional, model, model_name};
+use crate::{Ending, args, calibrate, folder, text};
+
+/// The solver's tolerance: a perfect grid shows what the calibration promises to 10⁻⁸.
+const TOLERANCE: f64 = 1e-11;
+
+pub fn run(args: &args::ElementTest, rotations: Rotations) -> Result<Ending> {
+    if args.method == args::MethodName::Dynamic {
+        return Err(Error::input("--method dynamic with --grid", "give a packing, or leave out --method"));
+    }
+    if args.bonds.correct == Some(args::CorrectName::Elliptic) {
+        return Err(Error::input("--correct elliptic with --grid", "use --correct, which corrects every direction"));
+    }
+    let material = io::find_material(&args.material, None, None)?;
+    let neighbourhood = calibrate::neighbourhood(&args.neighbourhood)?;
+    let mut test = ElementTest { rotations, ..ElementTest::default() };
+    test.stopping.tolerance = TOLERANCE;
+    let correction = args.bonds.correct.map(|_| Correction { test, ..Correction::default() });
+    let model = model(args.bonds.model, Model::Central);
+    let cell = cell(&args.grid)?;
+    let calibrator = ModelCalibrator::new(&neighbourhood, GridStudy::settings(model, rotations))?;
+    let study = GridStudy::new(&calibrator, cell, &material.stiffness, correction.as_ref())?;
+    let result = study.test(&test)?;
+    let report = GridTestReport::new(&material, &calibrator, &study, &result);
+    if let Some(folder) = &args.output {
+        let [i, j, k] = report.cell.places;
+        let tensors = [("promised", &study.promised), ("measured", &result.measured)];
+        let mut files = vec![
+            ("element-test.json", folder::json(&report, folder)?),
+            ("bonds.csv", io::network_bonds_csv(&study.network, &material.name).into_bytes()),
+        ];
+        files.extend(directional(&material, &format!("{i} × {j} × {k} nodes, {}", model_name(model)), &tensors)?);
+        folder::write(folder, &files)?;
+    }
+    if args.json {
+        text::print_json(&report)?;
+    } else {
+        text::print(&describe(&report))?;
+    }
+    if !report.solver.converged {
+        eprintln!("anisobond: the solver did not converge (residual {:.1e})", report.solver.residual);
+    }
+    Ok(Ending::Done)
+}
+
+/// The cell that the flags describe.
+fn cell(args: &args::GridArgs) -> Result<GridCell> {
+    let given = args.grid.as_deref().unwrap_or_default();
+    let numbers: Option<Vec<usize>> = given.split(',').map(|n| n.trim().parse().ok()).collect();
+    let nodes = match numbers.as_deref() {
+        Some(&[n]) => [n; 3],
+        Some(&[i, j, k]) => [i, j, k],
+        _ => return Err(Error::input(format!("--grid {given}"), "give one number of nodes, or three as 8,8,6")),
+    };
+    let displacement = args.displaced.unwrap_or(0.0);
+    let mut cell = GridCell { nodes, missing: Vec::new(), displacement, seed: args.seed.unwrap_or(0) };
+    if let Some(share) = args.missing {
+        cell = cell.with_missing(share).map_err(|e| e.at("--missing"))?;
+    }
+    for void in &args.void {
+        let numbers: Option<Vec<f64>> = void.split(',').map(|x| x.trim().parse().ok()).collect();
+        let (centre, radius) = match numbers.as_deref() {
+            Some(&[radius]) => (nodes.map(|n| 0.5 * (n as f64 - 1.0)), radius),
+            Some(&[x, y, z, radius]) => ([x, y, z], radius),
+            _ => return Err(Error::input(format!("--void {void}"), "give a radius, or x,y,z,radius, in spacings")),
+        };
+        cell = cell.with_void(centre, radius).map_err(|e| e.at("--void"))?;
+    }
+    Ok(cell)
+}
+
+fn describe(r: &GridTestReport) -> String {
+    let [i, j, k] = r.cell.places;
+    let n = &r.neighbourhood;
+    let mut out = format!("{} on a cell of {i} × {j} × {k} places, model {}\n", r.material, model_name(r.model));
+    out += &format!(
+        "{} nodes, {} missing, displaced by up to {} Δ; {} bonds, {} of {} horizon {} Δ per node\n",
+        r.cell.nodes,
+        r.cell.missing,
+        text::number(r.cell.displaced),
+        r.cell.bonds,
+        n.bonds,
+        n.shape,
+        text::number(n.horizon)
+    );
+    if let Some(correction) = &r.correction {
+        out += &describe_correction(correction);
+    }
+    out += &components(&[
+        ("target", &r.target),
+        ("promised", &r.promised),
+        ("measured", &r.measured),
+        ("summed", &r.summed),
+    ]);
+    let percent = |x: f64| if x < 1e-14 { "0".into() } else { text::number(100.0 * x) };
+    out += &format!(
+        "\nmeasured is {} % away from promised, {} % from the target; promised is {} % from the target\n",
+        percent(r.relative_error),
+        percent(r.target_error),
+        percent(r.promised_error)
+    );
+    out += &match r.smallest_eigenvalue {
+        Some(e) => format!(
+            "{}; weakest wave of the perfect grid {} Pa\n",
+            if r.stable { "stable" } else { "not stable" },
+            text::number(e)
+        ),
+        None => format!("{}\n", if r.stable { "no displacement of negative energy was met" } else { "not stable" }),
+    };
+    out += &format!(
+        "static, rotations {}; force balance {:.1e}, asymmetry {:.1e}, energy against stress {:.1e}\n",
+        if r.rotations == Rotations::Free { "free" } else { "blocked" },
+        r.certificate.force_balance,
+        r.certificate.asymmetry,
+        r.certificate.energy_consistency
+    );
+    out += &format!("{} iterations, residual {:.1e}\n", r.solver.iterations, r.solver.residual);
+    out
+}
