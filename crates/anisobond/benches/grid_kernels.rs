@@ -12,6 +12,9 @@ use nalgebra::Vector3;
 
 const SPACING: f64 = 1e-3;
 
+/// Bonds per node at horizon 3, each counted once.
+const BONDS: f64 = 61.0;
+
 /// Seconds of the fastest of several runs.
 fn best(runs: usize, mut run: impl FnMut()) -> f64 {
     (0..runs)
@@ -74,7 +77,17 @@ fn pass<T: Real>(n: usize, kernel: Kernel) -> (f64, f64) {
     (seconds, bytes)
 }
 
+/// Bond updates per second of LAMMPS' `peri/pmb` on as many nodes, on one core; `None` where it cannot be run.
+fn lammps(n: usize) -> Option<f64> {
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../../verification/peers/lammps_peri.py");
+    let python = std::env::var("LAMMPS_PYTHON").unwrap_or_else(|_| "python3".into());
+    let output =
+        std::process::Command::new(python).arg(script).arg(n.to_string()).env("OMP_NUM_THREADS", "1").output().ok()?;
+    String::from_utf8(output.stdout).ok()?.split_whitespace().last()?.parse().ok()
+}
+
 fn main() {
+    let peer = std::env::args().any(|a| a == "--lammps");
     println!(
         "cells  type  threads   intact linear           linear with bits        finite, breaking        bytes/node"
     );
@@ -83,16 +96,27 @@ fn main() {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
             for single in [false, true] {
                 let mut line = format!("{n:4}³  {}   {threads}     ", if single { "f32" } else { "f64" });
-                let mut memory = 0.0;
+                let (mut memory, mut rates) = (0.0, Vec::new());
                 for kernel in [Kernel::Intact, Kernel::Bits, Kernel::Breaking] {
                     let (seconds, bytes) =
                         pool.install(|| if single { pass::<f32>(n, kernel) } else { pass::<f64>(n, kernel) });
                     let nodes = (n * n * n) as f64;
-                    line +=
-                        &format!("{:6.3}e9/s {:6.2} ns/node  ", 61.0 * nodes / seconds / 1e9, 1e9 * seconds / nodes);
+                    let rate = BONDS * nodes / seconds;
+                    line += &format!("{:6.3}e9/s {:6.2} ns/node  ", rate / 1e9, 1e9 * seconds / nodes);
+                    rates.push(rate);
                     memory = bytes;
                 }
                 println!("{line}{memory:6.1}");
+                if threads == 1 && !single && peer {
+                    match lammps(n) {
+                        Some(rate) => println!(
+                            "       LAMMPS peri/pmb {:.4}e9/s; times as fast: {}",
+                            rate / 1e9,
+                            rates.iter().map(|r: &f64| format!("{:.0}", r / rate)).collect::<Vec<_>>().join(", ")
+                        ),
+                        None => println!("       LAMMPS could not be run: see verification/peers/lammps_peri.py"),
+                    }
+                }
             }
         }
     }
