@@ -60,7 +60,7 @@ fn pass<T: Real>(n: usize, kernel: Kernel) -> (f64, f64) {
     let kick = |_: usize, f: [&[T]; 3], v: [&mut [T]; 3]| {
         for (v, f) in v.into_iter().zip(f) {
             for (v, &f) in v.iter_mut().zip(f) {
-                *v = *v + T::of(1e-9) * f;
+                *v += T::of(1e-9) * f;
             }
         }
     };
