@@ -3,8 +3,9 @@
 use anisobond::lattice::{Body, Grid, Influence, Neighbourhood, Shape};
 use anisobond::operator::grid::naive::NaiveBonds;
 use anisobond::operator::grid::{GridBonds, InstructionSet, Real, Stencil};
-use anisobond::operator::{GridOperator, Kinematics, VectorField};
-use nalgebra::Vector3;
+use anisobond::operator::{GridOperator, Kinematics, PeriodicHybrid, VectorField};
+use anisobond::tensor::Stiffness;
+use nalgebra::{Matrix3, Vector3};
 
 /// A repeatable number in (−1, 1).
 fn noise(seed: u64) -> f64 {
@@ -129,7 +130,7 @@ fn table() -> Vec<Setup> {
     let sphere = |radius| Shape::Sphere { radius };
     let mut table = vec![];
     let fills = [Fill::Full, Fill::Voids, Fill::Layers, Fill::Mixed];
-    let grids = [[8, 8, 8], [19, 5, 4], [7, 9, 1], [1, 6, 5], [33, 4, 3], [3, 2, 2]];
+    let grids = [[8, 5, 4], [19, 4, 3], [7, 9, 1], [1, 6, 5], [33, 3, 2], [3, 2, 2]];
     let periods = [[true; 3], [false; 3], [true, false, true], [false, true, false]];
     let shapes = [
         sphere(1.0),
@@ -146,12 +147,10 @@ fn table() -> Vec<Setup> {
         for (p, periodic) in periods.into_iter().enumerate() {
             for fill in fills {
                 // Every grid, period and fill, with shapes in turn.
-                for _ in 0..2 {
-                    let shape = shapes[(pick + g + p) % shapes.len()];
-                    let horizon = shape.semi_axes().into_iter().fold(0.0, f64::max);
-                    table.push(setup(grid, periodic, shape, horizon, fill));
-                    pick += 3;
-                }
+                let shape = shapes[(pick + g + p) % shapes.len()];
+                let horizon = shape.semi_axes().into_iter().fold(0.0, f64::max);
+                table.push(setup(grid, periodic, shape, horizon, fill));
+                pick += 3;
             }
         }
     }
@@ -247,4 +246,186 @@ fn kernels_agree_with_their_naive_twin() {
 #[test]
 fn kernels_of_single_precision_agree_to_it() {
     agrees::<f32>(1e-6);
+}
+
+fn calibrated(nodes: [usize; 3], periodic: [bool; 3], nodal: bool) -> Setup {
+    let mut setup = setup(nodes, periodic, Shape::Sphere { radius: 3.0 }, 3.0, Fill::Full);
+    let bonds = setup.neighbourhood.bonds().len();
+    let micro: Vec<f64> = (0..bonds).map(|b| 1e18 * (2.0 + noise(b.min(bonds - 1 - b) as u64))).collect();
+    setup.stencils = vec![Stencil::new(&setup.neighbourhood, &micro)];
+    if nodal {
+        setup.stencils[0].nodal = Some(Stiffness::isotropic(3e9, 2e9));
+    }
+    setup
+}
+
+/// The nodal term against its own oracle, on periodic blocks.
+#[test]
+fn hybrid_forces_agree_with_the_periodic_oracle() {
+    for nodes in [[7, 8, 9], [4, 6, 1], [16, 3, 5]] {
+        let setup = calibrated(nodes, [true; 3], true);
+        let bonds = setup.kernels::<f64>(InstructionSet::best());
+        let neighbourhood = &setup.neighbourhood;
+        let square = SPACING.powi(6);
+        let micro: Vec<f64> = neighbourhood
+            .bonds()
+            .iter()
+            .zip(&setup.stencils[0].stiffness)
+            .map(|(b, k)| k * b.xi.norm() / (b.influence * square))
+            .collect();
+        let oracle = PeriodicHybrid::new(neighbourhood, &micro, &Stiffness::isotropic(3e9, 2e9), nodes).unwrap();
+        let u = field(bonds.body().grid.len(), 1e-6, 3);
+        let list: Vec<Vector3<f64>> = (0..u.len()).map(|i| u.at(i)).collect();
+        let expected = oracle.response(&list, &Matrix3::zeros()).unwrap();
+        let mut f = VectorField::zeros(u.len());
+        bonds.forces(&u, &mut f);
+        let size = expected.forces.iter().map(|f| f.norm()).fold(0.0, f64::max);
+        for (i, expected) in expected.forces.iter().enumerate() {
+            assert!((f.at(i) - expected).norm() < 1e-13 * size, "{nodes:?} {i}");
+        }
+        let mut padded = bonds.padded();
+        padded.set(&u);
+        let energy = bonds.energy(&padded, Kinematics::Linear);
+        assert!((energy / expected.energy - 1.0).abs() < 1e-13, "{energy} {}", expected.energy);
+    }
+}
+
+/// −∂energy/∂u by central differences, with surfaces, several stencils, broken bonds and a nodal term; and the diagonal
+/// blocks by the response to one node.
+#[test]
+fn forces_are_the_gradient_of_the_energy() {
+    for (nodal, kinematics) in [(false, Kinematics::Linear), (false, Kinematics::Finite), (true, Kinematics::Linear)] {
+        let mut setup = setup([6, 5, 4], [false, true, false], Shape::Sphere { radius: 2.0 }, 2.0, Fill::Mixed);
+        if nodal {
+            for s in &mut setup.stencils[..2] {
+                s.nodal = Some(Stiffness::isotropic(3e9, 2e9));
+            }
+        }
+        let mut bonds = setup.kernels::<f64>(InstructionSet::best());
+        assert!(bonds.cut(|p, q| (p.z < 0.5 * SPACING) != (q.z < 0.5 * SPACING) && p.x < 3.0 * SPACING) > 0);
+        let u = field(bonds.body().grid.len(), 0.03 * SPACING, 5);
+        let f = forces(&bonds, &u, kinematics);
+        let size = f.components.iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
+        for node in [0, 17, 43, 61, 88, 119].into_iter().filter(|&i| setup.stencil[i] > 0) {
+            for a in 0..3 {
+                let h = 1e-5 * SPACING;
+                let [up, down] = [h, -h].map(|h| {
+                    let mut moved = u.clone();
+                    moved.components[a][node] += h;
+                    let mut padded = bonds.padded();
+                    padded.set(&moved);
+                    bonds.energy(&padded, kinematics)
+                });
+                let slope = -(up - down) / (2.0 * h);
+                assert!((slope - f.components[a][node]).abs() < 2e-7 * size, "{kinematics:?} {node} {a}");
+                let mut one = VectorField::zeros(u.len());
+                one.components[a][node] = 1.0;
+                let mut response = VectorField::zeros(u.len());
+                bonds.forces(&one, &mut response);
+                let block = bonds.diagonal_block(node);
+                assert!((response.at(node) + block.column(a)).norm() < 1e-12 * block.norm(), "{nodal} {node}");
+            }
+        }
+    }
+}
+
+#[test]
+fn momentum_is_kept_and_translations_cost_nothing() {
+    let setup = setup([21, 6, 5], [false, true, false], Shape::Sphere { radius: 3.0 }, 3.0, Fill::Mixed);
+    let n = setup.body.grid.len();
+    for set in sets() {
+        let bonds = setup.kernels::<f64>(set);
+        let u = field(n, 0.03 * SPACING, 8);
+        for kinematics in [Kinematics::Linear, Kinematics::Finite] {
+            let f = forces(&bonds, &u, kinematics);
+            for component in &f.components {
+                let size: f64 = component.iter().map(|x| x.abs()).sum();
+                assert!(component.iter().sum::<f64>().abs() < 1e-14 * size);
+            }
+            let mut rigid = VectorField::zeros(n);
+            (0..n).filter(|&i| setup.stencil[i] > 0).for_each(|i| rigid.set(i, &Vector3::new(0.1, -2.0, 0.7)));
+            let f = forces(&bonds, &rigid, kinematics);
+            assert!(f.components.iter().flatten().all(|&x| x == 0.0), "{set:?} {kinematics:?}");
+        }
+    }
+}
+
+#[test]
+fn results_do_not_depend_on_the_number_of_threads() {
+    let setup = setup([21, 9, 8], [false, true, false], Shape::Sphere { radius: 3.0 }, 3.0, Fill::Mixed);
+    let u = field(setup.body.grid.len(), 0.03 * SPACING, 8);
+    let results = [1, 2, 5].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let mut bonds = setup.kernels::<f64>(InstructionSet::best());
+            let mut padded = bonds.padded();
+            padded.set(&u);
+            let mut f = VectorField::zeros(u.len());
+            let [x, y, z] = &mut f.components;
+            let (broken, sums) = bonds.sweep_breaking(&padded, Kinematics::Finite, [x, y, z], |_, f, to| {
+                to.into_iter().zip(f).for_each(|(to, f)| to.copy_from_slice(f));
+                f[0].iter().sum::<f64>()
+            });
+            assert!(broken.count > 0);
+            (f, broken, sums, bonds.damage(), bonds.energy(&padded, Kinematics::Finite))
+        })
+    });
+    assert!(results.iter().all(|r| *r == results[0]));
+}
+
+/// Velocity Verlet of a periodic block rests just below the step of the eigenvalue; just above it grows, where the block
+/// has the wave of that eigenvalue: at horizon 1 that of nodes against their neighbours.
+#[test]
+fn the_stable_step_is_exact_for_a_periodic_block() {
+    for (radius, nodal) in [(1.0, None), (1.0, Some(1e5)), (3.0, None), (3.0, Some(2e9))] {
+        let mut setup = setup([8, 8, 8], [true; 3], Shape::Sphere { radius }, radius, Fill::Full);
+        setup.stencils[0].nodal = nodal.map(|z| Stiffness::isotropic(z, z));
+        let bonds = setup.kernels::<f64>(InstructionSet::best());
+        let density = 2500.0;
+        let stable = 2.0 / bonds.eigenvalue_bound(&[density]).unwrap().sqrt();
+        let mass = density * SPACING.powi(3);
+        let grows = |factor: f64| {
+            let step = factor * stable;
+            let mut u = bonds.padded();
+            u.set(&field(bonds.body().grid.len(), 1e-6, 4));
+            let mut v = VectorField::zeros(bonds.body().grid.len());
+            for _ in 0..100 {
+                let [x, y, z] = &mut v.components;
+                bonds.sweep(&u, Kinematics::Linear, [x, y, z], |_, f, v| {
+                    for (v, f) in v.into_iter().zip(f) {
+                        v.iter_mut().zip(f).for_each(|(v, f)| *v += step / mass * f);
+                    }
+                });
+                u.drift(v.components.each_ref().map(|v| &v[..]), step);
+            }
+            u.get().components.iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs())) > 1e-3
+        };
+        assert!(!grows(0.99), "{radius} {nodal:?}");
+        assert!(radius > 1.0 || grows(1.01), "{radius} {nodal:?}");
+    }
+}
+
+/// The bound of bodies is above the largest eigenvalue, which many steps of the power method come near, but not by much.
+#[test]
+fn the_bound_of_a_body_is_safe_and_close() {
+    for (fill, nodal) in [(Fill::Voids, false), (Fill::Layers, false), (Fill::Mixed, false), (Fill::Layers, true)] {
+        let mut setup = setup([9, 8, 7], [false, true, false], Shape::Sphere { radius: 2.0 }, 2.0, fill);
+        if nodal {
+            setup.stencils.iter_mut().for_each(|s| s.nodal = Some(Stiffness::isotropic(3e9, 2e9)));
+        }
+        let bonds = setup.kernels::<f64>(InstructionSet::best());
+        let bound = bonds.eigenvalue_bound(&[1000.0]).unwrap();
+        let mut v = field(setup.body.grid.len(), 1.0, 11);
+        let mut largest = 0.0;
+        for _ in 0..400 {
+            let mut f = VectorField::zeros(v.len());
+            bonds.forces(&v, &mut f);
+            let norm = |v: &VectorField| v.components.iter().flatten().map(|x| x * x).sum::<f64>().sqrt();
+            largest = norm(&f) / norm(&v) / (1000.0 * SPACING.powi(3));
+            let size = norm(&f);
+            f.components.iter_mut().flatten().for_each(|x| *x /= size);
+            v = f;
+        }
+        assert!(largest <= bound && bound < 1.3 * largest, "{fill:?}: {largest:e} {bound:e}");
+    }
 }

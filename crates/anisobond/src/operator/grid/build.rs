@@ -13,6 +13,7 @@ use super::layout::{Layout, NONE};
 use super::padded::Padded;
 use super::real::{Real, Word};
 use super::stencil::{HalfBonds, MOST_LANES, Stencil};
+use crate::calibration::StrainAverage;
 use crate::lattice::{Body, Neighbourhood};
 use crate::{Error, Result};
 
@@ -50,6 +51,8 @@ pub struct GridBonds<T: Real = f64> {
     pub(super) special_from: Vec<u32>,
     /// Whether any bond can break.
     pub(super) breakable: bool,
+    /// K⁻¹ (1/m²) of a whole neighbourhood, of the nodal term.
+    pub(super) shape_inverse: Matrix3<f64>,
     /// Displacements between calls of the linear operator.
     pub(super) scratch: Mutex<Option<Padded<T>>>,
 }
@@ -80,7 +83,8 @@ impl<T: Real> GridBonds<T> {
     /// # Errors
     /// An instruction set that the machine lacks; a spacing of the grid other than the neighbourhood's; a number of stencil
     /// indices other than that of the nodes, a neighbourhood turned against the grid, indices of no stencil, nodes of the body without a stencil or stencils without a
-    /// node; stencils that do not fit the neighbourhood or whose numbers are not finite; more than 1024 half bonds.
+    /// node; stencils that do not fit the neighbourhood or whose numbers are not finite; more than 1024 half bonds;
+    /// a nodal term where the bonds lie in a plane.
     pub fn with_instructions(
         set: InstructionSet,
         body: Body,
@@ -95,7 +99,14 @@ impl<T: Real> GridBonds<T> {
         let all = |values: fn(&Stencil) -> &Vec<f64>| {
             stencils.iter().flat_map(|s| values(s).iter().map(|&x| T::of(x))).collect::<Vec<T>>()
         };
+        let shape =
+            neighbourhood.bonds().iter().fold(Matrix3::zeros(), |k, b| k + b.influence * b.xi * b.xi.transpose());
+        if stencils.iter().any(|s| s.nodal.is_some()) {
+            // Refuses bonds in a plane.
+            StrainAverage::new(neighbourhood)?;
+        }
         let mut bonds = GridBonds {
+            shape_inverse: shape.try_inverse().unwrap_or_default(),
             stiffness: all(|s| &s.stiffness),
             critical: all(|s| &s.critical),
             breakable: stencils.iter().any(|s| s.critical.iter().any(|c| c.is_finite())),

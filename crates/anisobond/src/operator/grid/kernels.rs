@@ -42,13 +42,20 @@ pub struct Coefficients<'a, T: Real> {
     pub own: &'a [T],
 }
 
-/// The displacements of J positions of a row from j on.
+/// The displacements of J positions of a row from j on. No closures here nor elsewhere in the kernels: they would not be
+/// compiled for the instruction set.
 #[inline(always)]
 unsafe fn displacements<L: Lanes, const J: usize>(row: &RowView<L::T>, j: usize) -> [[L; 3]; J] {
     // SAFETY: the caller's contract: the row has positions j … j + J − 1, all slots of which exist.
-    std::array::from_fn(|jj| {
-        std::array::from_fn(|a| unsafe { L::load(row.u.add(row.own + a * row.slots + (j + jj) * L::N)) })
-    })
+    unsafe {
+        let mut u = [[L::splat(L::T::default()); 3]; J];
+        for jj in 0..J {
+            for a in 0..3 {
+                u[jj][a] = L::load(row.u.add(row.own + a * row.slots + (j + jj) * L::N));
+            }
+        }
+        u
+    }
 }
 
 /// A number for all lanes, or a vector.
@@ -79,7 +86,14 @@ pub unsafe fn linear<L: Lanes, const UNIFORM: bool, const MASKED: bool>(
     // SAFETY: the caller's contract.
     unsafe {
         let u = displacements::<L, TOGETHER>(row, j);
-        let centre = if MASKED { u } else { u.map(|u| u.map(|u| u.add(u))) };
+        let mut centre = u;
+        if !MASKED {
+            for jj in 0..TOGETHER {
+                for a in 0..3 {
+                    centre[jj][a] = u[jj][a].add(u[jj][a]);
+                }
+            }
+        }
         let mut f = [[L::splat(L::T::default()); 3]; TOGETHER];
         if MASKED || !UNIFORM {
             let all = 0..row.plus.len();
@@ -105,10 +119,10 @@ pub unsafe fn linear<L: Lanes, const UNIFORM: bool, const MASKED: bool>(
 /// Vectors to memory.
 #[inline(always)]
 unsafe fn write<L: Lanes, const J: usize>(f: &[[L; 3]; J], out: &mut [[Lane<L::T>; 3]; TOGETHER]) {
-    for (f, out) in f.iter().zip(out) {
-        for (f, out) in f.iter().zip(out) {
+    for jj in 0..J {
+        for a in 0..3 {
             // SAFETY: aligned, and as long as the widest vector.
-            unsafe { f.store(out.0.as_mut_ptr()) };
+            unsafe { f[jj][a].store(out[jj][a].0.as_mut_ptr()) };
         }
     }
 }
@@ -201,7 +215,11 @@ pub unsafe fn single<L: Lanes, const UNIFORM: bool, const MASKED: bool, const FI
             let plus = row.u.add(row.plus.get_unchecked(p) + j * L::N);
             let minus = row.u.add(row.minus.get_unchecked(p) + j * L::N);
             let constants = Constants {
-                branch: [0, 1, 2].map(|a| number::<L, true>(coefficients.shared, 4 * p + a)),
+                branch: [
+                    number::<L, true>(coefficients.shared, 4 * p),
+                    number::<L, true>(coefficients.shared, 4 * p + 1),
+                    number::<L, true>(coefficients.shared, 4 * p + 2),
+                ],
                 per_square: number::<L, true>(coefficients.shared, 4 * p + 3),
                 stiffness: number::<L, UNIFORM>(coefficients.own, 2 * p),
             };
@@ -209,8 +227,11 @@ pub unsafe fn single<L: Lanes, const UNIFORM: bool, const MASKED: bool, const FI
             for jj in 0..TOGETHER_SINGLE {
                 let at = jj * L::N;
                 // The bond at −ξ is seen from its other end: the same numbers there and here.
-                let there = [0, 1, 2].map(|a| L::load(plus.add(a * row.slots + at)).sub(u[jj][a]));
-                let here = [0, 1, 2].map(|a| u[jj][a].sub(L::load(minus.add(a * row.slots + at))));
+                let (mut there, mut here) = (u[jj], u[jj]);
+                for a in 0..3 {
+                    there[a] = L::load(plus.add(a * row.slots + at)).sub(u[jj][a]);
+                    here[a] = u[jj][a].sub(L::load(minus.add(a * row.slots + at)));
+                }
                 let (measure_plus, to_plus, mut pull_plus) = bond::<L, FINITE>(&there, &constants);
                 let (measure_minus, to_minus, mut pull_minus) = bond::<L, FINITE>(&here, &constants);
                 if MASKED {

@@ -34,7 +34,7 @@ impl<T: Real> GridOperator for GridBonds<T> {
     }
 
     fn diagonal_block(&self, node: usize) -> Matrix3<f64> {
-        let mut block = Matrix3::zeros();
+        let mut block = self.nodal_block(node);
         self.for_bonds(node, |xi, k, own| {
             // A bond to the node's own image never stretches.
             if !own {
@@ -70,20 +70,11 @@ impl<T: Real> GridBonds<T> {
     /// Visit the unbroken bonds of a node: ξ (m, to the other end or from it), k (N/m), whether the other end is the
     /// node itself.
     pub(super) fn for_bonds(&self, node: usize, mut visit: impl FnMut(&nalgebra::Vector3<f64>, f64, bool)) {
-        let (row, e, bonds) = (node / self.row_nodes(), node % self.row_nodes(), self.half.bonds);
-        for p in 0..self.half.len() {
-            for ahead in [true, false] {
-                let unbroken = if ahead { self.own_bit(row, e, p) } else { self.opposite_bit(row, e, p) };
-                let offset = if ahead { self.half.offset[p] } else { self.half.offset[p].map(|x| -x) };
-                if let Some(other) = self.node_at(row, e, offset).filter(|_| unbroken) {
-                    let (first, second) = if ahead { (node, other) } else { (other, node) };
-                    let b = self.half.full[p];
-                    let of =
-                        |node: usize, bond: usize| self.stencils[usize::from(self.stencil[node]) - 1].stiffness[bond];
-                    let k = 0.5 * (of(first, b) + of(second, bonds - 1 - b));
-                    visit(&self.half.xi[p], k, other == node);
-                }
-            }
-        }
+        self.for_ends(node, |p, ahead, other| {
+            let (first, second) = if ahead { (node, other) } else { (other, node) };
+            let of = |node: usize, b: usize| self.stencils[usize::from(self.stencil[node]) - 1].stiffness[b];
+            let b = self.half.full[p];
+            visit(&self.half.xi[p], 0.5 * (of(first, b) + of(second, self.half.opposite(b))), other == node);
+        });
     }
 }

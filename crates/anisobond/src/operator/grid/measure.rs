@@ -13,7 +13,7 @@ use crate::operator::Kinematics;
 pub struct NodeState {
     /// Strain energy (J).
     pub energy: f64,
-    /// Virial stress ½ Σ f⊗(ξ or ξ+η) / ΔV (Pa).
+    /// Virial stress ½ Σ f⊗(ξ or ξ+η) / ΔV of its bonds, and Z:ε̄ of the nodal term (Pa).
     pub stress: Matrix3<f64>,
 }
 
@@ -93,6 +93,9 @@ impl<T: Real> GridBonds<T> {
             }
         }
         state.stress /= self.body.grid.spacing.powi(3);
+        let (energy, stress) = self.nodal_state(u, node);
+        state.energy += energy;
+        state.stress += stress;
         state
     }
 }

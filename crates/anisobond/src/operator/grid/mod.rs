@@ -6,6 +6,7 @@
 
 mod aligned;
 mod build;
+mod hybrid;
 mod kernels;
 mod lanes;
 mod law;
@@ -16,6 +17,7 @@ pub mod naive;
 mod padded;
 mod real;
 mod special;
+mod spectrum;
 mod stencil;
 mod sweep;
 

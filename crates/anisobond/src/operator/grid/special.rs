@@ -45,11 +45,16 @@ impl<T: Real> GridBonds<T> {
                 // SAFETY: the arrays are aligned and as long as the widest vector; the tables are padded to it.
                 let (pulls, over) = unsafe {
                     let constants = Constants {
-                        branch: [0, 1, 2].map(|a| L::load(branch[a].slice().as_ptr().add(from))),
+                        branch: [
+                            L::load(branch[0].slice().as_ptr().add(from)),
+                            L::load(branch[1].slice().as_ptr().add(from)),
+                            L::load(branch[2].slice().as_ptr().add(from)),
+                        ],
                         per_square: L::load(self.half.per_square.slice().as_ptr().add(from)),
                         stiffness: L::load(k.0.as_ptr()),
                     };
-                    let eta = [0, 1, 2].map(|a| L::load(eta[a].0.as_ptr()));
+                    let [x, y, z] = &eta;
+                    let eta = [L::load(x.0.as_ptr()), L::load(y.0.as_ptr()), L::load(z.0.as_ptr())];
                     let (measure, to, pull) = match finite {
                         true => bond::<L, true>(&eta, &constants),
                         false => bond::<L, false>(&eta, &constants),
@@ -59,7 +64,7 @@ impl<T: Real> GridBonds<T> {
                         false => 0,
                     };
                     let pull = pull.keep(L::mask(here & !over));
-                    (to.map(|to| pull.mul(to)), over)
+                    ([pull.mul(to[0]), pull.mul(to[1]), pull.mul(to[2])], over)
                 };
                 for a in 0..3 {
                     let mut part = Lane::zero();

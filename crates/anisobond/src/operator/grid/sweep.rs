@@ -103,6 +103,7 @@ impl<T: Real> GridBonds<T> {
         assert!(std::sync::Arc::ptr_eq(&u.layout, &self.layout), "displacements of other bonds");
         let n = self.row_nodes();
         let tables = self.tables(law);
+        let pulls = self.nodal_pulls(u);
         let [x, y, z] = fields;
         let rows = x.par_chunks_mut(n).zip(y.par_chunks_mut(n)).zip(z.par_chunks_mut(n));
         let visited: Vec<(R, Vec<Event>)> = rows
@@ -114,6 +115,14 @@ impl<T: Real> GridBonds<T> {
                     let mut events = Vec::new();
                     self.aim(row, scratch);
                     T::row(&Task { bonds: self, u, law, tables: &tables, row }, scratch, &mut events);
+                    if let Some(pulls) = &pulls {
+                        for e in 0..n {
+                            let force = self.nodal_force(pulls, row * n + e);
+                            for (f, add) in scratch.natural.iter_mut().zip(force.iter()) {
+                                f[e] += T::of(*add);
+                            }
+                        }
+                    }
                     let [fx, fy, fz] = &scratch.natural;
                     (visit(row, [fx, fy, fz], [x, y, z]), events)
                 },

@@ -1,0 +1,158 @@
+//! The nodal term (THEORY 6): energy ΔV ½ ε̄:Z:ε̄ of every node, ε̄ the symmetric part of the gradient that fits its
+//! unbroken bonds best, G = (Σ ω η⊗ξ) K⁻¹ with K = Σ ω ξ⊗ξ ([`crate::calibration::StrainAverage`]).
+//!
+//! With P = ΔV (Z:ε̄) K⁻¹ of each node, the force on node i is Σ ω (P_i + P_j) ξ over its unbroken bonds: two passes, and
+//! no matrix but K⁻¹ differs between bulk, surface and crack.
+
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+use rayon::prelude::*;
+
+use super::build::GridBonds;
+use super::padded::Padded;
+use super::real::Real;
+use crate::tensor::{PAIRS, mandel_weight};
+
+/// Smallest eigenvalue of K, relative to the bulk's largest, below which a node's bonds leave its strain undefined;
+/// it has no nodal term then.
+const FLAT: f64 = 1e-6;
+
+/// The symmetric part of a matrix, Kelvin-Mandel.
+pub(super) fn mandel_of(m: &Matrix3<f64>) -> Vector6<f64> {
+    Vector6::from_fn(|a, _| {
+        let (i, j) = PAIRS[a];
+        0.5 * (m[(i, j)] + m[(j, i)]) * mandel_weight(a)
+    })
+}
+
+fn matrix_of(v: &Vector6<f64>) -> Matrix3<f64> {
+    let mut m = Matrix3::zeros();
+    for a in 0..6 {
+        let (i, j) = PAIRS[a];
+        m[(i, j)] = v[a] / mandel_weight(a);
+        m[(j, i)] = m[(i, j)];
+    }
+    m
+}
+
+impl<T: Real> GridBonds<T> {
+    /// Whether any stencil has a nodal term. It is linear in the displacements under either kinematics.
+    pub fn has_nodal_term(&self) -> bool {
+        self.stencils.iter().any(|s| s.nodal.is_some())
+    }
+
+    /// Z of a node, Kelvin-Mandel (Pa).
+    fn nodal_of(&self, node: usize) -> Option<&Matrix6<f64>> {
+        let s = usize::from(self.stencil[node]).checked_sub(1)?;
+        self.stencils[s].nodal.as_ref().map(|z| z.mandel())
+    }
+
+    /// K⁻¹ (1/m²) of a node's unbroken bonds; zero where they do not fill space.
+    fn inverse_shape(&self, node: usize) -> Matrix3<f64> {
+        let n = self.row_nodes();
+        let (row, j) = (node / n, node % n % self.layout.length);
+        if self.whole[row * self.layout.length + j] && !self.is_special(node) {
+            return self.shape_inverse;
+        }
+        let mut shape = Matrix3::zeros();
+        self.for_ends(node, |p, _, _| shape += self.weight(p) * self.half.xi[p] * self.half.xi[p].transpose());
+        let bulk = self.shape_inverse.symmetric_eigenvalues().min().recip();
+        match shape.symmetric_eigenvalues().min() > FLAT * bulk {
+            true => shape.try_inverse().unwrap_or_default(),
+            false => Matrix3::zeros(),
+        }
+    }
+
+    /// ω of half bond p.
+    fn weight(&self, p: usize) -> f64 {
+        self.neighbourhood.bonds()[self.half.full[p]].influence
+    }
+
+    /// Strain of a node (Kelvin-Mandel) and K⁻¹.
+    fn strain(&self, u: &Padded<T>, node: usize) -> (Vector6<f64>, Matrix3<f64>) {
+        let here = Vector3::from(u.at(node).map(T::f64));
+        let mut sum = Matrix3::zeros();
+        self.for_ends(node, |p, ahead, other| {
+            // ω η⊗ξ is the same whether the bond is seen from here or from its other end.
+            let eta = Vector3::from(u.at(other).map(T::f64)) - here;
+            let sign = if ahead { 1.0 } else { -1.0 };
+            sum += (sign * self.weight(p)) * eta * self.half.xi[p].transpose();
+        });
+        let inverse = self.inverse_shape(node);
+        (mandel_of(&(sum * inverse)), inverse)
+    }
+
+    /// P of every node (N/m); `None` without nodal terms.
+    pub(super) fn nodal_pulls(&self, u: &Padded<T>) -> Option<Vec<Matrix3<f64>>> {
+        let volume = self.body.grid.spacing.powi(3);
+        let of = |node: usize| {
+            self.nodal_of(node).map_or(Matrix3::zeros(), |z| {
+                let (strain, inverse) = self.strain(u, node);
+                volume * matrix_of(&(z * strain)) * inverse
+            })
+        };
+        self.has_nodal_term().then(|| (0..self.stencil.len()).into_par_iter().with_min_len(64).map(of).collect())
+    }
+
+    /// Σ ω (P_i + P_j) ξ of a node (N).
+    pub(super) fn nodal_force(&self, pulls: &[Matrix3<f64>], node: usize) -> Vector3<f64> {
+        let mut force = Vector3::zeros();
+        self.for_ends(node, |p, ahead, other| {
+            let sign = if ahead { 1.0 } else { -1.0 };
+            force += (sign * self.weight(p)) * ((pulls[node] + pulls[other]) * self.half.xi[p]);
+        });
+        force
+    }
+
+    /// Energy (J) and stress Z:ε̄ (Pa) of a node's nodal term.
+    pub(super) fn nodal_state(&self, u: &Padded<T>, node: usize) -> (f64, Matrix3<f64>) {
+        self.nodal_of(node).map_or((0.0, Matrix3::zeros()), |z| {
+            let (strain, _) = self.strain(u, node);
+            let stress = z * strain;
+            (0.5 * self.body.grid.spacing.powi(3) * stress.dot(&strain), matrix_of(&stress))
+        })
+    }
+
+    /// The nodal terms' part of a node's diagonal block of K (N/m): its own and its neighbours'.
+    pub(super) fn nodal_block(&self, node: usize) -> Matrix3<f64> {
+        let mut block = Matrix3::zeros();
+        if !self.has_nodal_term() {
+            return block;
+        }
+        let volume = self.body.grid.spacing.powi(3);
+        // Gradients of a node's strain by its displacement and, through the neighbours' K, of theirs by it; several bonds
+        // may lead to the same neighbour through periodic faces.
+        let mut gradients = vec![(node, Vector3::zeros())];
+        self.for_ends(node, |p, ahead, other| {
+            let sign = if ahead { 1.0 } else { -1.0 };
+            let weighted = (sign * self.weight(p)) * self.half.xi[p];
+            gradients[0].1 -= weighted;
+            match gradients.iter_mut().find(|(to, _)| *to == other) {
+                // From the other end the bond is −ξ.
+                Some((_, sum)) => *sum += if other == node { weighted } else { -weighted },
+                None => gradients.push((other, -weighted)),
+            }
+        });
+        for (at, gradient) in gradients {
+            if let Some(z) = self.nodal_of(at) {
+                let g = self.inverse_shape(at) * gradient;
+                let strain = |d: usize| mandel_of(&(Vector3::ith(d, 1.0) * g.transpose()));
+                block += volume * Matrix3::from_fn(|i, j| strain(i).dot(&(z * strain(j))));
+            }
+        }
+        block
+    }
+
+    /// Visit the unbroken bonds of a node: half bond, whether the other end is at +ξ, the other end.
+    pub(super) fn for_ends(&self, node: usize, mut visit: impl FnMut(usize, bool, usize)) {
+        let (row, e) = (node / self.row_nodes(), node % self.row_nodes());
+        for p in 0..self.half.len() {
+            for ahead in [true, false] {
+                let unbroken = if ahead { self.own_bit(row, e, p) } else { self.opposite_bit(row, e, p) };
+                let offset = if ahead { self.half.offset[p] } else { self.half.offset[p].map(|x| -x) };
+                if let Some(other) = self.node_at(row, e, offset).filter(|_| unbroken) {
+                    visit(p, ahead, other);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,201 @@
+//! The largest eigenvalue, which the stable step of explicit motion comes from: Δt = 2/√λ of M⁻¹K.
+
+use nalgebra::{DMatrix, Matrix3, Vector3};
+
+use super::build::GridBonds;
+use super::real::Real;
+use super::stencil::outer;
+use crate::calibration::StrainAverage;
+use crate::operator::{GridOperator, VectorField};
+use crate::{Error, Result};
+
+/// Points along each axis of the sampled zone; even, so that its faces, edges and corners are met.
+const SAMPLES: i32 = 12;
+
+/// Samples from which the maximum is refined, and the last step of that, relative to the samples' distance.
+const REFINED: usize = 8;
+const LAST_STEP: f64 = 1e-5;
+
+/// What a sampled maximum may miss after refinement, relative.
+const MISSED: f64 = 1e-8;
+
+/// Lanczos steps, and the probability that their bound is too low.
+const STEPS: usize = 80;
+const FAILURE: f64 = 1e-9;
+
+impl<T: Real> GridBonds<T> {
+    /// An upper bound of the largest eigenvalue of M⁻¹K (1/s²), with masses ρΔV from densities (kg/m³) by region
+    /// (that of region r is `density[r − 1]`). The step Δt = 2/√λ is stable for linear bonds.
+    ///
+    /// The smallest of three bounds. Of plane waves: the largest eigenvalue of K(φ) = Σ k (2 − 2 cos φ·o) n⊗n over the Brillouin zone,
+    /// k the largest of any stencil; exact for a periodic body of one stencil, and a bound for what is left when bonds of
+    /// it are taken away. Of nodes: 2 Σ k n⊗n. Of Lanczos steps (for several stencils or a nodal term): from a random
+    /// start, too low with probability 10⁻⁹ (Kuczyński and Woźniakowski 1992, theorem 4.2).
+    ///
+    /// # Errors
+    /// Densities that are missing or not positive.
+    pub fn eigenvalue_bound(&self, density: &[f64]) -> Result<f64> {
+        let volume = self.body.grid.spacing.powi(3);
+        let mut mass = vec![f64::INFINITY; self.stencil.len()];
+        for (i, m) in mass.iter_mut().enumerate().filter(|(i, _)| self.stencil[*i] > 0) {
+            let region = usize::from(self.body.region[i]);
+            let rho = density.get(region - 1).copied().filter(|rho| rho.is_finite() && *rho > 0.0);
+            *m = volume
+                * rho.ok_or_else(|| {
+                    Error::input(
+                        format!("region {region} has no positive density"),
+                        "motion needs a density everywhere",
+                    )
+                })?;
+        }
+        let lightest = mass.iter().copied().fold(f64::INFINITY, f64::min);
+        let negative = self.stencils.iter().any(|s| s.stiffness.iter().any(|&k| k < 0.0));
+        let nodal = self.stencils.iter().any(|s| s.nodal.is_some());
+        let whole = self.body.grid.periodic == [true; 3] && self.whole.iter().all(|&w| w);
+        let one = self.stencils.len() == 1 && lightest == mass.iter().copied().fold(0.0, f64::max);
+        let mut bound = f64::INFINITY;
+        if one && whole || !(negative || nodal) {
+            bound = self.zone_maximum()? / lightest;
+        }
+        if !(one && whole || nodal || negative) {
+            let of_node = |i: usize| 2.0 * self.diagonal_block(i).symmetric_eigenvalues().max() / mass[i];
+            let nodes: f64 = (0..mass.len()).filter(|&i| self.stencil[i] > 0).map(of_node).fold(0.0, f64::max);
+            bound = bound.min(nodes);
+        }
+        if self.stencils.len() > 1 || !bound.is_finite() {
+            bound = bound.min(self.lanczos_bound(&mass));
+        }
+        Ok(bound)
+    }
+
+    /// Largest eigenvalue of K(φ) (N/m) over the zone, of the largest stiffnesses of all stencils and the first's nodal
+    /// term.
+    fn zone_maximum(&self) -> Result<f64> {
+        let largest = |b: usize| self.stencils.iter().map(|s| s.stiffness[b]).fold(f64::NEG_INFINITY, f64::max);
+        let (full, volume) = (&self.half.full, self.body.grid.spacing.powi(3));
+        let k: Vec<f64> = full.iter().map(|&b| 0.5 * (largest(b) + largest(self.half.opposite(b)))).collect();
+        let nodal = match &self.stencils[0].nodal {
+            Some(z) => Some((*z.mandel(), StrainAverage::new(&self.neighbourhood)?)),
+            None => None,
+        };
+        let at = |phases: &Vector3<f64>| {
+            let mut matrix = Matrix3::zeros();
+            let mut g = Vector3::zeros();
+            for (p, &k) in k.iter().enumerate() {
+                let phase = phases.dot(&Vector3::from(self.half.offset[p].map(f64::from)));
+                matrix += k * (2.0 - 2.0 * phase.cos()) * outer(&self.half.xi[p].normalize());
+                if let Some((_, average)) = &nodal {
+                    g += 2.0 * phase.sin() * average.gradients()[full[p]];
+                }
+            }
+            if let Some((z, _)) = &nodal {
+                let strain = |d: usize| super::hybrid::mandel_of(&(Vector3::ith(d, 1.0) * g.transpose()));
+                matrix += volume * Matrix3::from_fn(|i, j| strain(i).dot(&(z * strain(j))));
+            }
+            matrix.symmetric_eigenvalues().max()
+        };
+        // Half the zone: K(φ) = K(−φ).
+        let step = 2.0 * std::f64::consts::PI / f64::from(SAMPLES);
+        let mut found: Vec<(f64, Vector3<f64>)> = Vec::new();
+        for i in 0..SAMPLES {
+            for j in 0..SAMPLES {
+                for k in 0..=SAMPLES / 2 {
+                    let phases = step * Vector3::new(f64::from(i), f64::from(j), f64::from(k));
+                    found.push((at(&phases), phases));
+                }
+            }
+        }
+        found.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let refined = found.iter().take(REFINED).map(|&(value, phases)| {
+            let (mut value, mut phases, mut reach) = (value, phases, 0.5);
+            while reach > LAST_STEP {
+                let around = (0..27).map(|d| Vector3::new(f64::from(d % 3), f64::from(d / 3 % 3), f64::from(d / 9)));
+                let tried = around.map(|d| phases + reach * step * (d - Vector3::repeat(1.0)));
+                match tried.map(|phases| (at(&phases), phases)).max_by(|a, b| a.0.total_cmp(&b.0)) {
+                    Some(best) if best.0 > value => (value, phases) = best,
+                    _ => reach *= 0.5,
+                }
+            }
+            value
+        });
+        Ok(refined.fold(0.0, f64::max) * (1.0 + MISSED))
+    }
+
+    /// A bound that is too low with probability [`FAILURE`], from Lanczos steps on M^(−1/2) K M^(−1/2).
+    fn lanczos_bound(&self, mass: &[f64]) -> f64 {
+        let n = mass.len();
+        let scale: Vec<f64> = mass.iter().map(|m| if m.is_finite() { m.sqrt().recip() } else { 0.0 }).collect();
+        let mut v = VectorField::zeros(n);
+        for (a, component) in v.components.iter_mut().enumerate() {
+            for i in (0..n).filter(|&i| scale[i] > 0.0) {
+                component[i] = gaussian(3 * i as u64 + a as u64);
+            }
+        }
+        normalise(&mut v);
+        let (mut last, mut force) = (VectorField::zeros(n), VectorField::zeros(n));
+        let (mut alphas, mut betas) = (Vec::new(), Vec::new());
+        for _ in 0..STEPS {
+            let mut w = v.clone();
+            multiply(&mut w, &scale);
+            self.forces(&w, &mut force);
+            multiply(&mut force, &scale);
+            let alpha = -inner(&force, &v);
+            let beta = betas.last().copied().unwrap_or(0.0);
+            for a in 0..3 {
+                for i in 0..n {
+                    w.components[a][i] =
+                        -force.components[a][i] - alpha * v.components[a][i] - beta * last.components[a][i];
+                }
+            }
+            alphas.push(alpha);
+            let norm = normalise(&mut w);
+            // The start lies in a space that the matrix maps to itself: its eigenvalues are found.
+            if norm <= 1e-12 * alphas[0].abs() {
+                break;
+            }
+            betas.push(norm);
+            last = std::mem::replace(&mut v, w);
+        }
+        let steps = alphas.len();
+        let matrix = DMatrix::from_fn(steps, steps, |i, j| match i.abs_diff(j) {
+            0 => alphas[i],
+            1 => betas[i.min(j)],
+            _ => 0.0,
+        });
+        let largest = matrix.symmetric_eigenvalues().max();
+        // Relative error ε with probability at most 1.648 √n exp(−√ε (2k − 1)).
+        let root = (1.648 * (3.0 * n as f64).sqrt() / FAILURE).ln() / (2.0 * STEPS as f64 - 1.0);
+        largest / (1.0 - root * root)
+    }
+}
+
+fn inner(a: &VectorField, b: &VectorField) -> f64 {
+    let component = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    a.components.iter().zip(&b.components).map(|(a, b)| component(a, b)).sum()
+}
+
+fn multiply(v: &mut VectorField, by: &[f64]) {
+    for component in &mut v.components {
+        component.iter_mut().zip(by).for_each(|(v, s)| *v *= s);
+    }
+}
+
+/// Divide by the norm, and return it.
+fn normalise(v: &mut VectorField) -> f64 {
+    let norm = inner(v, v).sqrt();
+    if norm > 0.0 {
+        v.components.iter_mut().flatten().for_each(|x| *x /= norm);
+    }
+    norm
+}
+
+/// A repeatable number of the normal distribution (splitmix64 and the sum of twelve).
+fn gaussian(index: u64) -> f64 {
+    let uniform = |k: u64| {
+        let mut z = (12 * index + k + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    };
+    (0..12).map(uniform).sum::<f64>() - 6.0
+}
