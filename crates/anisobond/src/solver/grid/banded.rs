@@ -69,7 +69,7 @@ mod tests {
 
     #[test]
     fn solves_a_banded_system_with_an_empty_row() {
-        let n = 12;
+        let n: usize = 12;
         let mut entries = Vec::new();
         for i in (0..n).filter(|i| *i != 5) {
             entries.push((i, i, 4.0 + i as f64));

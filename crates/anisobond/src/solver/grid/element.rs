@@ -80,7 +80,7 @@ mod tests {
                 .collect();
             (0..576).map(|n| 0.5 * u[n / 24] * k.entry(n / 24, n % 24) * u[n % 24]).sum::<f64>()
         };
-        let strain = 0.5 * (gradient + gradient.transpose());
+        let strain: nalgebra::Matrix3<f64> = (gradient + gradient.transpose()) * 0.5;
         let mandel = nalgebra::Vector6::from_fn(|a, _| {
             let (i, j) = crate::tensor::PAIRS[a];
             strain[(i, j)] * crate::tensor::mandel_weight(a)

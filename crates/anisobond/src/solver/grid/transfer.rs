@@ -156,7 +156,7 @@ mod tests {
             let t = Transfer::new(fine, wraps);
             let n: usize = fine.iter().product();
             let m: usize = t.coarse().iter().product();
-            let value = |s: f64, i: usize| std::array::from_fn(|a| (s * i as f64 + a as f64).sin());
+            let value = |s: f64, i: usize| -> [f64; 3] { std::array::from_fn(|a| (s * i as f64 + a as f64).sin()) };
             let x: Vec<[f64; 3]> = (0..m).map(|i| value(1.3, i)).collect();
             let y: Vec<[f64; 3]> = (0..n).map(|i| value(0.7, i)).collect();
             let mut px = vec![[0.0; 3]; n];
@@ -168,7 +168,7 @@ mod tests {
             assert!((dot(&px, &y) - dot(&x, &pty)).abs() < 1e-12);
             let mut ones = vec![[0.0; 3]; n];
             t.prolong_add(&vec![[1.0; 3]; m], &mut ones);
-            assert!(ones.iter().flatten().all(|v| (v - 1.0).abs() < 1e-15));
+            assert!(ones.iter().flatten().all(|v: &f64| (v - 1.0).abs() < 1e-15));
             for a in 0..3 {
                 for i in 0..fine[a] {
                     let shares = t.axes[a].shares_of_node(i);
