@@ -3,10 +3,13 @@
 use serde::Serialize;
 
 use crate::calibration::{
-    Calibrator, CrackPlanes, CriticalStretches, EnergyByNormal, FractureReport, HybridCalibrator, LowerBound, Model,
+    CrackPlanes, CriticalStretches, EnergyByNormal, FractureReport, LowerBound, Model, ModelCalibrator, ModelSettings,
+    SurfaceStencil, surface_stencils,
 };
 use crate::experiment::problem::{FractureEnergy, Problem, RegionMaterial, Softening};
+use crate::lattice::Neighbourhood;
 use crate::operator::grid::{GridBonds, Stencil};
+use crate::tensor::Stiffness;
 use crate::{Error, Result};
 
 /// What the bonds of a region reach of what was asked.
@@ -18,52 +21,63 @@ pub struct RegionEvidence {
     pub nodes: usize,
     /// ‖wanted − reached‖/‖wanted‖ of the stiffness tensor.
     pub relative_error: f64,
-    /// Whether central bonds reach the Cauchy part of the tensor.
-    pub feasible: bool,
+    /// Whether every wave of the grid has positive energy.
+    pub stable: bool,
     /// Fracture energy, wanted and reached; `None` where bonds do not break, or break at a given stretch.
     pub fracture: Option<FractureReport>,
 }
 
-/// Stencils of a problem, one per region, and the evidence of each.
-pub(super) fn stencils(problem: &Problem) -> Result<(Vec<Stencil>, Vec<RegionEvidence>)> {
-    let neighbourhood = &problem.neighbourhood;
-    let central = Calibrator::new(neighbourhood);
-    let hybrid = if problem.model == Model::Hybrid { Some(HybridCalibrator::new(neighbourhood)?) } else { None };
-    let mut stencils = Vec::with_capacity(problem.regions.len());
+/// The calibrated bonds of a region.
+struct RegionBonds {
+    micromodulus: Vec<f64>,
+    critical: Option<Vec<f64>>,
+    nodal: Option<Stiffness>,
+}
+
+impl RegionBonds {
+    /// The stencil of the region's bulk, or with other micromoduli (N/m⁶) that of nodes near a surface.
+    fn stencil(&self, neighbourhood: &Neighbourhood, micromodulus: &[f64]) -> Stencil {
+        let mut stencil = Stencil::new(neighbourhood, micromodulus);
+        stencil.nodal = self.nodal;
+        if let Some(critical) = &self.critical {
+            stencil.critical.clone_from(critical);
+        }
+        stencil
+    }
+}
+
+/// Calibrate the bonds of every region.
+fn calibrate(problem: &Problem) -> Result<(Vec<RegionBonds>, Vec<RegionEvidence>)> {
+    let settings = match problem.model {
+        Model::Central => ModelSettings::Central(LowerBound::Value(0.0)),
+        Model::Hybrid => ModelSettings::Hybrid(None),
+        Model::Micropolar => {
+            return Err(Error::input(
+                "micropolar bonds do not run on grids: their nodes would have to rotate",
+                "use the model central or hybrid",
+            ));
+        }
+    };
+    let calibrator = ModelCalibrator::new(&problem.neighbourhood, settings)?;
+    let mut bonds = Vec::with_capacity(problem.regions.len());
     let mut evidence = Vec::with_capacity(problem.regions.len());
     for (number, region) in problem.regions.iter().enumerate() {
         let place = |error: Error| error.at(format!("region {}", region.name));
-        let (calibration, nodal, relative_error) = match &hybrid {
-            None => {
-                let c = central.calibrate(&region.stiffness, LowerBound::Value(0.0)).map_err(place)?;
-                let error = c.relative_error;
-                (c, None, error)
-            }
-            Some(hybrid) => {
-                let h = hybrid.calibrate(&region.stiffness).map_err(place)?;
-                (h.bonds, (h.nodal.norm() > 0.0).then_some(h.nodal), h.relative_error)
-            }
-        };
-        let mut stencil = Stencil::new(neighbourhood, &calibration.micromodulus);
-        stencil.nodal = nodal;
-        let fracture = match &region.fracture {
-            None => None,
-            Some(wanted) => {
-                let (critical, report) = critical(problem, region, wanted, &calibration.micromodulus).map_err(place)?;
-                stencil.critical = critical;
-                report
-            }
-        };
+        let bulk = calibrator.calibrate(&region.stiffness).map_err(place)?;
+        let micromodulus = bulk.normal().to_vec();
+        let fracture = region.fracture.as_ref().map(|wanted| critical(problem, region, wanted, &micromodulus));
+        let (critical, report) = fracture.transpose().map_err(place)?.unzip();
         evidence.push(RegionEvidence {
             name: region.name.clone(),
             nodes: problem.body.region.iter().filter(|&&r| usize::from(r) == number + 1).count(),
-            relative_error,
-            feasible: calibration.feasible(),
-            fracture,
+            relative_error: bulk.promised_error(),
+            stable: bulk.stability().stable,
+            fracture: report.flatten(),
         });
-        stencils.push(stencil);
+        let nodal = bulk.nodal().copied().filter(|z| z.norm() > 0.0);
+        bonds.push(RegionBonds { micromodulus, critical, nodal });
     }
-    Ok((stencils, evidence))
+    Ok((bonds, evidence))
 }
 
 /// Critical stretches of a region's bonds (the onset of softening where they soften).
@@ -110,13 +124,34 @@ fn is_isotropic(region: &RegionMaterial) -> bool {
     region.stiffness.average_moduli().is_some_and(|m| m.universal_anisotropy.abs() < 1e-9)
 }
 
-/// The bonds of a problem's body, pre-cracks cut.
+/// The bonds of a problem's body, those of truncated neighbourhoods calibrated for themselves where that is asked for,
+/// pre-cracks cut.
 pub(super) fn bonds(problem: &Problem) -> Result<(GridBonds<f64>, Vec<RegionEvidence>)> {
-    let (stencils, evidence) = stencils(problem)?;
-    let of_node = problem.body.region.clone();
-    let mut bonds = GridBonds::new(problem.body.clone(), &problem.neighbourhood, of_node, stencils)?;
+    let (regions, evidence) = calibrate(problem)?;
+    let neighbourhood = &problem.neighbourhood;
+    let bulk = regions.iter().map(|r| r.stencil(neighbourhood, &r.micromodulus)).collect();
+    let (of_node, stencils) = if problem.surface_calibration {
+        let micromoduli: Vec<Vec<f64>> = regions.iter().map(|r| r.micromodulus.clone()).collect();
+        let surfaces = surface_stencils(&problem.body, neighbourhood, &micromoduli, connected(problem))?;
+        let stencil = |s: &SurfaceStencil| regions[usize::from(s.region) - 1].stencil(neighbourhood, &s.micromodulus);
+        (surfaces.stencil_of_node, surfaces.stencils.iter().map(stencil).collect())
+    } else {
+        (problem.body.region.clone(), bulk)
+    };
+    let mut bonds = GridBonds::new(problem.body.clone(), neighbourhood, of_node, stencils)?;
     for crack in &problem.cracks {
         bonds.cut(|p, q| crack.cuts(p, q));
     }
     Ok((bonds, evidence))
+}
+
+/// Whether no pre-crack cuts a bond of a node.
+fn connected(problem: &Problem) -> impl Fn(usize, usize) -> bool + Sync + '_ {
+    let bonds = problem.neighbourhood.bonds();
+    move |node, bond| {
+        // A bond is cut as seen from its first end, the one whose offset is positive.
+        let (p, xi) = (problem.body.grid.position(node), bonds[bond].xi);
+        let (from, to) = if bond >= bonds.len() / 2 { (p, p + xi) } else { (p + xi, p) };
+        !problem.cracks.iter().any(|crack| crack.cuts(&from, &to))
+    }
 }

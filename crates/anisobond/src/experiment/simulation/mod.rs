@@ -100,8 +100,10 @@ impl Simulation {
                 100.0 * r.relative_error
             )
         });
+        let unstable = regions.iter().filter(|r| !r.stable);
+        let unstable = unstable.map(|r| format!("region {}: some wave of its grid has no positive energy", r.name));
         let mut simulation = Simulation {
-            warnings: warnings.collect(),
+            warnings: warnings.chain(unstable).collect(),
             bond_count: bonds.unbroken() as u64,
             u: bonds.padded(),
             crack: CrackFront::new(&problem, bonds.damage()),
@@ -170,13 +172,8 @@ impl Simulation {
                 "give it a density, as density = \"2700 kg/m3\"",
             ));
         }
-        let volume = self.problem.body.grid.spacing.powi(3);
-        let densities: Vec<f64> = self.problem.regions.iter().map(|r| r.density * volume).collect();
-        let mass = |node: usize| match self.problem.body.region[node] {
-            0 => 0.0,
-            region => densities[usize::from(region) - 1],
-        };
-        let stable = crate::solver::stable_step(self.bonds.largest_squared_frequency(mass));
+        let densities: Vec<f64> = self.problem.regions.iter().map(|r| r.density).collect();
+        let stable = crate::solver::stable_step(self.bonds.eigenvalue_bound(&densities)?);
         let step = step.unwrap_or(safety * stable);
         if step > stable && !force_step {
             return Err(Error::input(

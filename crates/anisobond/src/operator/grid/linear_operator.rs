@@ -44,9 +44,22 @@ impl<T: Real> GridOperator for GridBonds<T> {
         block
     }
 
+    fn half_bonds(&self, node: usize, visit: &mut dyn FnMut(usize)) {
+        let (row, e, bonds) = (node / self.row_nodes(), node % self.row_nodes(), self.half.bonds);
+        for p in (0..self.half.len()).filter(|&p| self.own_bit(row, e, p)) {
+            if let Some(other) = self.node_at(row, e, self.half.offset[p]) {
+                let b = self.half.full[p];
+                let of = |node: usize, bond: usize| self.stencils[usize::from(self.stencil[node]) - 1].stiffness[bond];
+                if of(node, b) + of(other, bonds - 1 - b) != 0.0 {
+                    visit(other);
+                }
+            }
+        }
+    }
+
     fn bulk_stiffness(&self, region: u16) -> Stiffness {
         let mut count = vec![0usize; self.stencils.len()];
-        for (&s, _) in self.stencil.iter().zip(&self.body.region).filter(|(s, r)| **s > 0 && **r == region) {
+        for (&s, _) in self.stencil.iter().zip(&self.body.region).filter(|(s, r)| **s > 0 && **r == region + 1) {
             count[usize::from(s) - 1] += 1;
         }
         let most = (0..count.len()).max_by_key(|&s| count[s]).unwrap_or(0);

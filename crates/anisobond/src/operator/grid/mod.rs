@@ -18,6 +18,7 @@ mod padded;
 mod real;
 mod special;
 mod spectrum;
+mod state;
 mod stencil;
 mod sweep;
 

@@ -1,0 +1,72 @@
+//! Which bonds are unbroken, kept and brought back; forces and breaking of displacements in natural order.
+
+use super::build::GridBonds;
+use super::real::Real;
+use super::sweep::Broken;
+use crate::operator::{Kinematics, VectorField};
+use crate::{Error, Result};
+
+impl GridBonds<f64> {
+    /// Forces (N) of displacements (m) at finite stretch.
+    pub fn finite_forces(&self, u: &VectorField, f: &mut VectorField) {
+        let mut padded = self.padded();
+        padded.set(u);
+        let [x, y, z] = &mut f.components;
+        self.sweep(&padded, Kinematics::Finite, [x, y, z], |_, from, to| {
+            to.into_iter().zip(from).for_each(|(to, from)| to.copy_from_slice(from));
+        });
+    }
+
+    /// Break every bond that displacements (m) stretch above its critical stretch.
+    pub fn break_overstretched(&mut self, u: &VectorField, kinematics: Kinematics) -> Broken {
+        if !self.breakable() {
+            return Broken::default();
+        }
+        let mut padded = self.padded();
+        padded.set(u);
+        let n = u.len();
+        let (mut x, mut y, mut z) = (vec![(); n], vec![(); n], vec![(); n]);
+        self.sweep_breaking(&padded, kinematics, [&mut x, &mut y, &mut z], |_, _, _| ()).0
+    }
+}
+
+impl<T: Real> GridBonds<T> {
+    /// Number of unbroken bonds, each pair once.
+    pub fn unbroken(&self) -> usize {
+        let n = self.row_nodes();
+        let of = |node: usize| (0..self.half.len()).filter(|&p| self.own_bit(node / n, node % n, p)).count();
+        (0..self.stencil.len()).filter(|&node| self.stencil[node] > 0).map(of).sum()
+    }
+
+    /// One bit per half bond, node by node, whole words per node: whether it is unbroken.
+    pub fn unbroken_bits(&self) -> Vec<u64> {
+        let (n, words) = (self.row_nodes(), self.half.len().div_ceil(64));
+        let mut bits = vec![0; words * self.stencil.len()];
+        for (node, bits) in bits.chunks_exact_mut(words.max(1)).enumerate().filter(|(node, _)| self.stencil[*node] > 0)
+        {
+            for p in (0..self.half.len()).filter(|&p| self.own_bit(node / n, node % n, p)) {
+                bits[p / 64] |= 1 << (p % 64);
+            }
+        }
+        bits
+    }
+
+    /// Break the bonds that are broken in `bits` ([`GridBonds::unbroken_bits`]).
+    ///
+    /// # Errors
+    /// Bits of another body, or of bonds that are broken here but not there.
+    pub fn restore_bits(&mut self, bits: &[u64]) -> Result<()> {
+        let now = self.unbroken_bits();
+        if now.len() != bits.len() || now.iter().zip(bits).any(|(now, then)| then & !now != 0) {
+            return Err(Error::input("the saved bonds are of another body", "resume with the case as it was"));
+        }
+        let words = self.half.len().div_ceil(64).max(1);
+        let mut broken = Vec::new();
+        for (place, (now, then)) in now.iter().zip(bits).enumerate() {
+            let gone = now & !then;
+            broken.extend((0..64).filter(|b| gone >> b & 1 == 1).map(|b| (place / words, place % words * 64 + b)));
+        }
+        self.clear(broken);
+        Ok(())
+    }
+}
