@@ -25,6 +25,16 @@ pub(super) struct Prescribed {
     value: f64,
 }
 
+impl Prescribed {
+    /// Whether both prescribe the same at all times.
+    fn says_as(&self, other: &Prescribed, histories: &[History]) -> bool {
+        let history = |p: &Prescribed| &histories[p.history as usize];
+        self.velocity == other.velocity
+            && self.value == other.value
+            && (self.value == 0.0 || history(self) == history(other))
+    }
+}
+
 /// What acts on the body, row by row.
 #[derive(Clone, Debug)]
 pub(super) struct Loading {
@@ -60,7 +70,7 @@ pub(super) struct Factors(Vec<f64>);
 
 impl Loading {
     /// # Errors
-    /// A component that two conditions prescribe.
+    /// A component that two conditions prescribe differently.
     pub(super) fn new(problem: &Problem) -> Result<Self> {
         let (mut histories, mut forces, mut prescribed) = (Vec::new(), Vec::new(), Vec::new());
         for condition in &problem.conditions {
@@ -82,12 +92,14 @@ impl Loading {
             }
         }
         prescribed.sort_by_key(|p| (p.node, p.axis));
+        // Edges and corners may belong to two conditions that say the same.
+        prescribed.dedup_by(|a, b| (a.node, a.axis) == (b.node, b.axis) && a.says_as(b, &histories));
         let twice = prescribed.windows(2).find(|w| (w[0].node, w[0].axis) == (w[1].node, w[1].axis));
         if let Some(pair) = twice {
             let place = problem.body.grid.position(pair[0].node as usize);
             return Err(Error::input(
                 format!(
-                    "component {} of the node at ({}, {}, {}) m is prescribed by two conditions",
+                    "component {} of the node at ({}, {}, {}) m is prescribed differently by two conditions",
                     ["x", "y", "z"][usize::from(pair[0].axis)],
                     place.x,
                     place.y,
