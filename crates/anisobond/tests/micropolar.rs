@@ -10,9 +10,9 @@ use anisobond::calibration::{
 use anisobond::experiment::element_test::{ElementTest, Mechanisms, Rotations};
 use anisobond::lattice::{Influence, Neighbourhood};
 use anisobond::operator::{GridCell, Network, naive};
-use anisobond::tensor::{Material, Stiffness};
-use common::Random;
-use nalgebra::{Matrix6, Vector3};
+use anisobond::tensor::{Material, PAIRS, Stiffness, mandel_weight};
+use common::{Random, crystals};
+use nalgebra::{Matrix3, Matrix3x6, Matrix6, Vector3};
 
 /// Error (%) of central bonds, and of normal and tangential bonds where the source prints it.
 const ERRORS: [(&str, f64, Option<f64>); 8] = [
@@ -44,6 +44,74 @@ fn auxetic_like(random: &mut Random) -> Stiffness {
         sum += 2e9 * tangential_projection(&n) + 1e9 * normal_projection(&n);
     }
     Stiffness::from_mandel(sum)
+}
+
+/// The 3×6 matrix (Kelvin-Mandel) of the nodes' rotation under unit strains, from the balance of moments alone:
+/// Σ s c_t n×(ε n − θ×n) = 0.
+fn rotation(neighbourhood: &Neighbourhood, tangential: &[f64]) -> Matrix3x6<f64> {
+    let mut resistance = Matrix3::zeros();
+    let mut moments = Matrix3x6::zeros();
+    for (bond, ct) in neighbourhood.bonds().iter().zip(tangential) {
+        let (s, n) = (neighbourhood.stiffness_share(bond), bond.xi.normalize());
+        resistance += s * ct * (Matrix3::identity() - n * n.transpose());
+        for a in 0..6 {
+            moments.set_column(a, &(moments.column(a) + s * ct * n.cross(&(unit_strain(a) * n))));
+        }
+    }
+    resistance.try_inverse().map_or_else(Matrix3x6::zeros, |inverse| inverse * moments)
+}
+
+/// T of a bond when the nodes turn: |(1 − n⊗n) ε n − θ×n|².
+fn turned_projection(n: &Vector3<f64>, rotation: &Matrix3x6<f64>) -> Matrix6<f64> {
+    let slip = Matrix3x6::from_fn(|i, a| {
+        let traction = unit_strain(a) * n;
+        (traction - n.dot(&traction) * n - rotation.column(a).cross(n))[i]
+    });
+    slip.tr_mul(&slip)
+}
+
+/// The strain of one Kelvin-Mandel coordinate.
+fn unit_strain(a: usize) -> Matrix3<f64> {
+    let (i, j) = PAIRS[a];
+    let mut strain = Matrix3::zeros();
+    strain[(i, j)] = mandel_weight(a) / if i == j { 1.0 } else { 2.0 };
+    strain[(j, i)] = strain[(i, j)];
+    strain
+}
+
+/// What a calibration with free rotations claims that no bonds reach exactly: its relaxed tensor from the published bonds
+/// alone, not farther than that of central bonds or of the sum closest to the target, and no better one for nodes that
+/// turn so.
+fn check_nearest(neighbourhood: &Neighbourhood, r: &MicropolarCalibration) {
+    let turn = rotation(neighbourhood, &r.tangential);
+    let mut relaxed = Matrix6::zeros();
+    let (mut dual_misfit, mut largest) = (0.0f64, 0.0f64);
+    for ((bond, cn), ct) in neighbourhood.bonds().iter().zip(&r.normal).zip(&r.tangential) {
+        let (s, n) = (neighbourhood.stiffness_share(bond), bond.xi.normalize());
+        let (normal, tangential) = (normal_projection(&n), turned_projection(&n, &turn));
+        relaxed += s * (*cn * normal + *ct * tangential);
+        assert!(*cn >= 0.0 && *ct >= 0.0);
+        dual_misfit = dual_misfit.max((cn - (s * r.dual.dot(&normal)).max(0.0)).abs());
+        largest = largest.max(*cn);
+        if let Some(i) = &r.infeasibility {
+            let y = Matrix6::from_fn(|a, b| i.certificate[a][b]);
+            assert!(y.dot(&normal) <= 1e-13 && y.dot(&tangential) <= 1e-13);
+        }
+    }
+    let relaxed = Stiffness::from_mandel(relaxed);
+    assert!(relaxed.relative_error(&r.relaxed) < 1e-9, "{:e}", relaxed.relative_error(&r.relaxed));
+    assert!((r.relaxed_error - r.target.relative_error(&r.relaxed)).abs() < 1e-12);
+    assert!(dual_misfit < 1e-2 * largest, "{:e}", dual_misfit / largest);
+    let Some(i) = &r.infeasibility else { panic!("nothing says why {} is left", r.relaxed_error) };
+    // Bonds that change while the nodes turn so come nearer at the most.
+    assert!(i.distance <= r.relaxed_error * (1.0 + 1e-6));
+    if r.relaxed_error > 1e-3 {
+        assert!(i.target_product > 0.0 && i.distance > 0.5 * r.relaxed_error, "{} {}", i.distance, r.relaxed_error);
+    }
+    let central = Calibrator::new(neighbourhood).calibrate(&r.target, LowerBound::Value(0.0)).unwrap();
+    assert!(r.relaxed_error <= central.relative_error * (1.0 + 1e-9));
+    let sum = MicropolarCalibrator::new(neighbourhood).calibrate(&r.target, Promise::Sum).unwrap();
+    assert!(r.relaxed_error <= sum.relaxed_error * (1.0 + 1e-9));
 }
 
 /// Everything that a calibration claims, bond by bond and from its published numbers alone.
@@ -96,6 +164,56 @@ fn errors_of_the_built_in_materials() {
     }
 }
 
+/// Error (%) of the nearest relaxed tensor at horizon 6 is at most this: central bonds where these are the nearest, else
+/// what the search was first seen to find.
+const NEAREST: [(&str, f64); 7] = [
+    ("KIO3", 1.2704),
+    ("CoTeO4", 1.3470),
+    ("Te2W", 0.5632),
+    ("Ta2C", 2.6320),
+    ("Si", 0.0071),
+    ("MoN", 1.5178),
+    ("Spinel", 0.8028),
+];
+
+#[test]
+fn nearest_with_free_rotations_of_the_built_in_materials() {
+    for (horizon, factor) in [(6.0, 1.0), (3.0, 2.1)] {
+        let neighbourhood = neighbourhood(horizon);
+        let micropolar = MicropolarCalibrator::new(&neighbourhood);
+        for (name, most) in NEAREST {
+            let c = Material::builtin(name).unwrap().stiffness;
+            let start = std::time::Instant::now();
+            let r = micropolar.calibrate(&c, Promise::FreeRotations).unwrap();
+            let (percent, time) = (100.0 * r.relaxed_error, 1e3 * start.elapsed().as_secs_f64());
+            println!("horizon {horizon} {name:10} nearest {percent:.4} %, {} steps, {time:.1} ms", r.iterations);
+            check_nearest(&neighbourhood, &r);
+            assert!(percent <= factor * most + 1e-4, "{name} {percent}");
+            // The element test of the perfect grid returns the promised tensor.
+            let network = GridCell::perfect([1, 1, 1]).network(&neighbourhood, &r.normal, Some(&r.tangential)).unwrap();
+            let error = r.relaxed.relative_error(&test().run(&network).unwrap().measured);
+            assert!(error < 1e-8, "{name} {error:e}");
+        }
+    }
+}
+
+/// Real crystals and random tensors on a turned grid: never farther than central bonds, and never than the closest sum.
+#[test]
+fn free_rotations_are_never_worse_than_central_bonds() {
+    let mut random = Random(19);
+    let turned = neighbourhood(3.0).rotated(&random.rotation()).unwrap();
+    let calibrator = MicropolarCalibrator::new(&turned);
+    let some = crystals().into_iter().map(|(_, c)| c).step_by(12).take(16);
+    let targets: Vec<Stiffness> = some.chain((0..10).map(|_| random.stiffness())).collect();
+    for target in &targets {
+        let r = calibrator.calibrate(target, Promise::FreeRotations).unwrap();
+        match r.feasible() {
+            true => assert!(r.promised_error() < 1e-11, "{:e}", r.promised_error()),
+            false => check_nearest(&turned, &r),
+        }
+    }
+}
+
 /// A sum of normal and tangential bonds is reached; its central part alone would not be.
 #[test]
 fn sums_of_bonds_are_reached_exactly() {
@@ -129,7 +247,7 @@ fn poisson_s_ratio_decides_for_isotropic_targets() {
             assert!(i.in_every_neighbourhood);
         }
         if lambda == 1.0 {
-            assert!(r.tangential.iter().all(|c| *c < 1e-12 * r.normal[0]));
+            assert!(r.tangential.iter().all(|c| *c == 0.0));
         }
         // Nodes of an isotropic grid do not turn.
         if feasible {
@@ -150,7 +268,11 @@ fn perfect_grids_measure_what_was_promised() {
         let target = auxetic_like(&mut random);
         for promise in [Promise::Sum, Promise::FreeRotations] {
             let r = calibrator.calibrate(&target, promise).unwrap();
-            check(&neighbourhood, &r);
+            if r.feasible() || promise == Promise::Sum {
+                check(&neighbourhood, &r);
+            } else {
+                check_nearest(&neighbourhood, &r);
+            }
             for nodes in [[1, 1, 1], [2, 3, 2]] {
                 let network = GridCell::perfect(nodes).network(&neighbourhood, &r.normal, Some(&r.tangential)).unwrap();
                 let free = test().run(&network).unwrap();

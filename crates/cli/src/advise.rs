@@ -21,7 +21,8 @@ fn describe(r: &AdviceReport) -> String {
     let (unit, name) = text::stress_unit(text::largest(&r.stiffness));
     let stress = |x: f64| text::number(x / unit);
     let mut out = text::heading(&r.material, &r.source);
-    out += &format!("\n\nrecommended      {}: {}\n", a.recommended.name(), a.reason);
+    out += "\n\n";
+    out += &text::wrapped("recommended      ", &format!("{}: {}", a.recommended.name(), a.reason));
     out += &format!("\nCauchy gap       {} %\n", text::percent(a.cauchy_gap));
     let [x, y, z] = a.defect_eigenvalues.map(stress);
     out += &format!(
@@ -35,8 +36,9 @@ fn describe(r: &AdviceReport) -> String {
     );
     out += &format!("Poisson (Hill)   {}\n", text::number(a.poisson));
     for m in &a.models {
-        out += &format!("\n{}\n  reach      {}\n", m.model.name(), m.explanation);
-        out += &format!("  stability  {}\n", m.stability);
+        out += &format!("\n{}\n", m.model.name());
+        out += &text::wrapped("  reach      ", &m.explanation);
+        out += &text::wrapped("  stability  ", &m.stability);
         out += &format!(
             "  cost       {} numbers per node, about {} flops per bond\n",
             m.unknowns_per_node, m.flops_per_bond

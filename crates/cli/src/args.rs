@@ -285,8 +285,8 @@ pub struct BondArgs {
     #[arg(long, value_enum)]
     pub model: Option<LatticeModelName>,
     /// Correct the bonds by their own element test until the measured tensor is the target: the four elliptic moduli, or
-    /// everything the model controls, for any positive definite tensor [default: elliptic where these can meet it]
-    #[arg(long, value_enum, value_name = "FORM", num_args = 0..=1, default_missing_value = "auto")]
+    /// everything the model controls, for any positive definite tensor [default: general]
+    #[arg(long, value_enum, value_name = "FORM", num_args = 0..=1, default_missing_value = "general")]
     pub correct: Option<CorrectName>,
 }
 
@@ -299,9 +299,8 @@ pub enum LatticeModelName {
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 pub enum CorrectName {
-    Auto,
-    Elliptic,
     General,
+    Elliptic,
 }
 
 /// Assign orientation-dependent stiffnesses to the bonds of a packing, and sum them up

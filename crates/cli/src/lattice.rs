@@ -120,7 +120,6 @@ pub fn model(name: Option<args::LatticeModelName>, default: Model) -> Model {
 fn plan(args: &args::BondArgs, rotations: Rotations) -> LatticePlan {
     let correction = Correction { test: ElementTest { rotations, ..ElementTest::default() }, ..Correction::default() };
     let choice = |name| match name {
-        args::CorrectName::Auto => CorrectionChoice::Automatic,
         args::CorrectName::Elliptic => CorrectionChoice::Elliptic,
         args::CorrectName::General => CorrectionChoice::General,
     };

@@ -56,6 +56,30 @@ pub fn percent(x: f64) -> String {
     if x < 1e-14 { "0".into() } else { number(100.0 * x) }
 }
 
+/// A title and words after it, broken at a width of [`WIDTH`]; lines after the first start where the words do.
+pub fn wrapped(title: &str, words: &str) -> String {
+    let indent = title.chars().count();
+    let mut out = title.to_string();
+    let mut column = indent;
+    for (i, word) in words.split_whitespace().enumerate() {
+        let length = word.chars().count();
+        if i > 0 && column + 1 + length > WIDTH {
+            out += &format!("\n{:indent$}", "");
+            column = indent;
+        } else if i > 0 {
+            out.push(' ');
+            column += 1;
+        }
+        out += word;
+        column += length;
+    }
+    out.push('\n');
+    out
+}
+
+/// Columns of printed sentences.
+const WIDTH: usize = 100;
+
 /// Name of a material, with its source.
 pub fn heading(material: &str, source: &str) -> String {
     if source.is_empty() { material.into() } else { format!("{material} ({source})") }
@@ -88,4 +112,19 @@ pub fn largest(m: &[[f64; 6]; 6]) -> f64 {
 pub fn direction(n: &[f64; 3]) -> String {
     let [x, y, z] = n.map(|c| if c.abs() < 5e-5 { 0.0 } else { c });
     format!("({x:.4}, {y:.4}, {z:.4})")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sentences_are_wrapped() {
+        let words = "eigenvalues ≥ 0 ".repeat(30);
+        let text = wrapped("  reach      ", &words);
+        let lines: Vec<&str> = text.lines().collect();
+        assert!(lines.len() > 4 && lines.iter().all(|l| l.chars().count() <= WIDTH && !l.ends_with(' ')));
+        assert!(lines[1..].iter().all(|l| l.starts_with("             ") && !l.starts_with("              ")));
+        assert!(text.split_whitespace().skip(1).eq(words.split_whitespace()));
+    }
 }

@@ -69,13 +69,14 @@ fn exists(folder: &Path, names: &[&str]) {
 }
 
 #[test]
-fn a_bare_correct_is_elliptic_where_that_can_meet_the_target() {
+fn four_moduli_are_corrected() {
     let f = files();
     let plain = json(&["element-test", &f.packing, &f.rock, "--contact-radius", "1.6", "--json"]);
     assert!(plain.get("correction").is_none() && plain["relative_error"].as_f64().unwrap() > 0.02);
     let out = f.folder.path().join("tested");
     let output = out.to_str().unwrap();
-    let args = ["element-test", &f.packing, &f.rock, "--contact-radius", "1.6", "--correct", "--json", "-o", output];
+    let test = ["element-test", &f.packing, &f.rock, "--contact-radius", "1.6", "--correct", "elliptic"];
+    let args = [&test[..], &["--json", "-o", output]].concat();
     let r = json(&args);
     assert_eq!(r["correction"]["form"], "elliptic");
     assert_eq!(r["correction"]["converged"], true);
@@ -89,7 +90,8 @@ fn a_bare_correct_is_elliptic_where_that_can_meet_the_target() {
     // The lattice command writes the same bonds.
     let lattice = f.folder.path().join("lattice");
     let output = lattice.to_str().unwrap();
-    let text = stdout(&["lattice", &f.packing, &f.rock, "--contact-radius", "1.6", "--correct", "-o", output]);
+    let args = ["lattice", &f.packing, &f.rock, "--contact-radius", "1.6", "--correct", "elliptic", "-o", output];
+    let text = stdout(&args);
     assert!(text.contains("corrected") && text.contains("elliptic moduli"), "{text}");
     let read = |folder: &Path| std::fs::read_to_string(folder.join("bonds.csv")).unwrap();
     assert_eq!(read(&lattice), read(&out));
@@ -98,7 +100,6 @@ fn a_bare_correct_is_elliptic_where_that_can_meet_the_target() {
 #[test]
 fn a_general_correction_takes_any_tensor() {
     let f = files();
-    // Not transversely isotropic: a bare --correct is general.
     let r = json(&["element-test", &f.packing, &f.triclinic, "--contact-radius", "1.8", "--correct", "--json"]);
     assert_eq!(r["correction"]["form"], "general");
     assert!(r["relative_error"].as_f64().unwrap() <= 1e-4, "{}", r["correction"]);
@@ -211,7 +212,7 @@ fn sweeps_take_models_and_corrections() {
     let f = files();
     std::fs::write(
         f.folder.path().join("table.csv"),
-        "packing,material,contact_radius,model,correct\nsample.txt,rock.toml,1.6,micropolar,auto\n=,=,=,hybrid,general\n",
+        "packing,material,contact_radius,model,correct\nsample.txt,rock.toml,1.6,micropolar,elliptic\n=,=,=,hybrid,general\n",
     )
     .unwrap();
     let path = |name: &str| f.folder.path().join(name).to_str().unwrap().to_string();

@@ -40,7 +40,8 @@ pub struct ModelAdvice {
     pub model: Model,
     /// Whether it can reach the tensor; where the neighbourhood is fine enough.
     pub exact: bool,
-    /// The relative error that no neighbourhood can undercut (–); `hybrid` has none.
+    /// The relative error that no sum over bonds undercuts on any neighbourhood (–); `hybrid` has none. With free node
+    /// rotations micropolar bonds can come nearer.
     pub least_error: f64,
     /// Numbers of state per node: displacement, and rotation where nodes rotate.
     pub unknowns_per_node: usize,
@@ -146,7 +147,7 @@ fn micropolar(c: &Stiffness, defect: &Vector3<f64>, triangle: bool, central_exac
                 .to_string()
         }
         (false, false) => format!(
-            "the defect fails the triangle test: with stiffnesses ≥ 0 the error stays at {:.3} % or more",
+            "the defect fails the triangle test: the sum of bonds ≥ 0 stays {:.3} % away or more",
             100.0 * least_error
         ),
     };
@@ -206,7 +207,7 @@ fn reason(model: Model, gap: f64, triangle: bool, positive: bool, models: &[Mode
                 }
             };
             format!(
-                "{cause}: bonds alone leave {:.3} % (normal) or {:.3} % (with tangential) at the least, the nodal term \
+                "{cause}: bonds alone leave {:.3} % (normal) or {:.3} % (with tangential, as a sum) at the least, the nodal term \
                  closes it",
                 100.0 * models[0].least_error,
                 100.0 * models[1].least_error

@@ -6,20 +6,22 @@
 //! non-negative least squares gives the closest tensor and the certificate.
 //!
 //! What the sum promises is not yet what a grid of free nodes has: tangential bonds whose stiffness is not alike in all
-//! directions turn the nodes ([`with_free_rotations`]).
+//! directions turn the nodes ([`with_free_rotations`](super::with_free_rotations)).
 
 use std::collections::HashMap;
 
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, SVector, Vector3};
 use serde::Serialize;
 
-use super::calibrator::{Cause, primitive_direction, push_below_bound};
+use super::calibrator::{Calibrator, Cause, LowerBound, primitive_direction, push_below_bound};
+use super::free_rotations::{relax, rotation, sum_for_free_rotations, turned};
 use super::microplane::{normal_projection, tangential_projection};
+use super::nearest_relaxed::nearest_relaxed;
 use super::rays::{Coordinates, PerRay, Rays, at, set};
 use super::{dual_newton, nnls};
 use crate::Result;
 use crate::lattice::Neighbourhood;
-use crate::tensor::{PAIRS, Stiffness, mandel_weight};
+use crate::tensor::{Quartic, Stiffness, quartic_weights, tensor_of};
 
 /// ‖Xc − C‖/‖C‖ up to which a target counts as reached; what is met in practice is a hundred times smaller.
 const REACHED: f64 = 1e-12;
@@ -39,11 +41,12 @@ const CERTIFICATE_MARGIN: f64 = 1e-14;
 /// ‖T‖ of a unit vector: T has the Kelvin moduli ½, ½.
 const TANGENTIAL_NORM: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-/// Largest negative eigenvalue of the tangential fabric that is rounding, relative to its trace.
-const FABRIC_ROUNDING: f64 = 1e-12;
+/// Errors of candidates that differ by this share of them are the same.
+const SAME: f64 = 1e-9;
 
-/// Fixed-point steps towards a sum whose relaxed tensor is the target; a dozen are used.
-const MOST_RELAXATIONS: usize = 500;
+/// A tangential micromodulus of this share of the largest normal one is zero: where normal bonds are enough, rounding
+/// would leave tangential ones behind that hold rotations by next to nothing.
+const TANGENTIAL_ROUNDING: f64 = 1e-12;
 
 /// The 21 coordinates of a tensor's Kelvin-Mandel matrix in an orthonormal basis: the upper triangle row by row,
 /// off-diagonal entries times √2, so that the dot product is that of the tensors.
@@ -93,19 +96,22 @@ impl Promise {
     }
 }
 
-/// Evidence that a tensor is out of reach of normal and tangential bonds.
+/// Evidence that a tensor is out of reach of normal and tangential bonds: of any, for [`Promise::Sum`]; for
+/// [`Promise::FreeRotations`] of any as long as the nodes turn as they do with the bonds found, which is a local statement.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MicropolarInfeasibility {
     /// What stands in the way.
     pub cause: Cause,
     /// Farkas certificate: a tensor Y (Kelvin-Mandel matrix, rows) with N:Y ≤ 0 and T:Y ≤ 0 for every bond while
-    /// Y:C > 0.
+    /// Y:C > 0. With free rotations T is what the nodes' rotation leaves of it, the bond's own strain energy, and where the
+    /// bonds found come within rounding of the target Y says nothing.
     pub certificate: [[f64; 6]; 6],
     /// Largest N:Y or T:Y over the bonds (–), ≤ 0.
     pub largest_bond_product: f64,
     /// Y:C (Pa), > 0.
     pub target_product: f64,
-    /// Distance of the aim from the reachable tensors, relative to its norm.
+    /// Distance of the target from the reachable tensors, relative to its norm; with free rotations from those reachable
+    /// while the nodes turn so.
     pub distance: f64,
     /// True when no neighbourhood can reach it: tangential bonds would have to be negative, for an eigenvalue of the
     /// Cauchy defect is above half of its trace. False says nothing.
@@ -119,7 +125,8 @@ pub struct MicropolarCalibration {
     pub target: Stiffness,
     /// Which tensor was brought onto the target.
     pub promise: Promise,
-    /// What the sum over bonds was aimed at: the target, or the sum whose relaxed tensor is the target.
+    /// What the sum over bonds was aimed at: the target, or the sum whose relaxed tensor is the target or, where there is
+    /// none, the nearest found.
     pub aim: Stiffness,
     /// The sum over bonds Σ s (c_n N + c_t T) (Pa).
     pub reached: Stiffness,
@@ -135,18 +142,21 @@ pub struct MicropolarCalibration {
     pub normal: Vec<f64>,
     /// c_t of every bond (N/m⁶).
     pub tangential: Vec<f64>,
-    /// The dual tensor Y (Kelvin-Mandel matrix, N/m¹⁰): c_n = max(0, s N:Y), c_t = max(0, s T:Y).
+    /// The dual tensor Y (Kelvin-Mandel matrix, N/m¹⁰): c_n = max(0, s N:Y), c_t = max(0, s T:Y). Where a search found the
+    /// nearest relaxed tensor, T is what the nodes' rotation leaves of it, and this holds to the accuracy of the search;
+    /// where central bonds are the nearest, for c_n only.
     pub dual: Matrix6<f64>,
-    /// `None` when c_n, c_t ≥ 0 reach the aim; otherwise why not. The bonds then give the closest reachable tensor.
+    /// `None` when c_n, c_t ≥ 0 reach the target; otherwise why not. The bonds then give the closest reachable tensor,
+    /// with free rotations the nearest that was found.
     pub infeasibility: Option<MicropolarInfeasibility>,
-    /// Newton steps taken (0: the pseudo-inverse was already optimal).
+    /// Newton steps taken (0: the pseudo-inverse was already optimal), those of a search for the nearest included.
     pub iterations: usize,
     /// ‖Xc − aim‖/‖aim‖, with the closest reachable tensor in place of the aim when infeasible.
     pub residual: f64,
 }
 
 impl MicropolarCalibration {
-    /// Whether the sum over bonds reaches the aim.
+    /// Whether the bonds reach the target.
     pub fn feasible(&self) -> bool {
         self.infeasibility.is_none()
     }
@@ -215,29 +225,34 @@ impl<'a> MicropolarCalibrator<'a> {
 
     /// Calibrate: minimise ½‖c_n‖² + ½‖c_t‖² subject to Σ s (c_n N + c_t T) = C, c_n, c_t ≥ 0; if no such c exists, the
     /// same for the closest reachable tensor. With [`Promise::FreeRotations`] the sum is aimed at the tensor that relaxes
-    /// to the target ([`sum_for_free_rotations`]), or at the target itself where there is none.
+    /// to the target ([`sum_for_free_rotations`]); where no bonds ≥ 0 do, at the sum whose relaxed tensor is the nearest
+    /// that a descent from the central bonds and from others finds, never farther from the target than central bonds.
     ///
     /// # Errors
     /// A tensor that is not positive definite.
     pub fn calibrate(&self, target: &Stiffness, promise: Promise) -> Result<MicropolarCalibration> {
         target.require_positive_definite()?;
-        let aim = match promise {
-            Promise::Sum => *target,
-            Promise::FreeRotations => sum_for_free_rotations(target).unwrap_or(*target),
+        let scale = target.norm();
+        let unit = Stiffness::from_mandel(target.mandel() / scale);
+        let (aim, solution) = match promise {
+            Promise::Sum => (unit, self.solve(&tensor_coordinates(unit.mandel()))),
+            Promise::FreeRotations => self.solve_relaxed(&unit)?,
         };
-        let scale = aim.norm();
-        let solution = self.solve(&(tensor_coordinates(aim.mandel()) / scale));
 
         // Back to units: c = c̃ ‖C‖/s₁, Y = Ỹ ‖C‖/s₁².
         let c_unit = scale / self.share_unit;
         let (normal, tangential) = self.per_bond(&solution.c, c_unit);
-        let reached =
-            Stiffness::from_mandel(tensor_of_coordinates(&self.rays.lift(&self.rays.tensor(&solution.c))) * scale);
-        let relaxed = relax(&reached, &self.tangential_fabric(&tangential));
+        let reached = Stiffness::from_mandel(self.sum(&solution.c).mandel() * scale);
+        let fabric = self.tangential_fabric(&tangential);
+        let relaxed = relax(&reached, &fabric);
+        let turn = match promise {
+            Promise::Sum => Matrix3x6::zeros(),
+            Promise::FreeRotations => rotation(&fabric),
+        };
         Ok(MicropolarCalibration {
             target: *target,
             promise,
-            aim,
+            aim: Stiffness::from_mandel(aim.mandel() * scale),
             relative_error: target.relative_error(&reached),
             reached,
             relaxed_error: target.relative_error(&relaxed),
@@ -246,10 +261,81 @@ impl<'a> MicropolarCalibrator<'a> {
             normal,
             tangential,
             dual: tensor_of_coordinates(&solution.dual) * (c_unit / self.share_unit),
-            infeasibility: solution.away.map(|(cause, away)| self.evidence(cause, &away, &aim)),
+            infeasibility: solution.away.map(|(cause, away)| self.evidence(cause, &away, target, &turn)),
             iterations: solution.iterations,
             residual: solution.residual,
         })
+    }
+
+    /// The aim and its solution whose relaxed tensor is a unit target, or nearest to it.
+    fn solve_relaxed(&self, target: &Stiffness) -> Result<(Stiffness, Solution)> {
+        if let Some(aim) = sum_for_free_rotations(target) {
+            let solution = self.solve(&tensor_coordinates(aim.mandel()));
+            if solution.away.is_none() {
+                return Ok((aim, solution));
+            }
+        }
+        let central = self.solve_central(target)?;
+        let search = self.search(target, &central.c);
+        let found = [self.solve(&tensor_coordinates(target.mandel())), central, search];
+        let errors = found.each_ref().map(|solution| (target.mandel() - self.relaxed(&solution.c).mandel()).norm());
+        let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
+        let steps = found.iter().map(|solution| solution.iterations).sum();
+        // The simpler of equals.
+        let [sum, central, search] = found;
+        let mut solution = match errors.map(|error| error <= least * (1.0 + SAME)) {
+            [true, ..] => sum,
+            [_, true, _] => central,
+            _ => search,
+        };
+        solution.iterations = steps;
+        Ok((self.sum(&solution.c), solution))
+    }
+
+    /// The central bonds of a unit target; the tensor Y belongs to its quartic form.
+    fn solve_central(&self, target: &Stiffness) -> Result<Solution> {
+        let r = Calibrator::new(self.neighbourhood).calibrate(target, LowerBound::Value(0.0))?;
+        let mut c = self.rays.zeros();
+        for ((&d, s), bond) in self.direction_of_bond.iter().zip(&self.share).zip(&r.micromodulus) {
+            set(&mut c, d as usize, bond * self.share_unit / s);
+        }
+        let form = Quartic::from(r.dual).component_div(&quartic_weights());
+        let dual = tensor_coordinates(tensor_of(&form).mandel()) * self.share_unit.powi(2);
+        let away = tensor_coordinates(&(target.mandel() - self.sum(&c).mandel()));
+        Ok(Solution { c, dual, away: Some((self.cause(target), away)), iterations: r.iterations, residual: 0.0 })
+    }
+
+    /// What a search from the central bonds and from the sum closest to a unit target finds.
+    fn search(&self, target: &Stiffness, central: &PerRay) -> Solution {
+        let count = self.directions.len();
+        let weight: Vec<f64> = (0..count).map(|i| at(self.rays.weight(), i)).collect();
+        let central: Vec<f64> = (0..2 * count).map(|i| at(central, i)).collect();
+        let found = nearest_relaxed(&self.directions, &weight, target, &central);
+        let mut c = self.rays.zeros();
+        found.c.iter().enumerate().for_each(|(i, &value)| set(&mut c, i, value));
+        let c = self.without_rounding(c);
+        // Where the target is within reach for nodes that turn so, what is missing is all there is to say.
+        let missing = tensor_coordinates(&(target.mandel() - self.relaxed(&c).mandel()));
+        let away = if found.away.norm() > SAME { found.away } else { missing };
+        Solution { c, dual: found.dual, away: Some((self.cause(target), away)), iterations: found.steps, residual: 0.0 }
+    }
+
+    /// Why a unit target that no sum reaches is out of reach.
+    fn cause(&self, target: &Stiffness) -> Cause {
+        let goal = tensor_coordinates(target.mandel());
+        let outside = goal - self.rays.lift(&self.rays.project(&goal));
+        if outside.norm() <= REACHED { Cause::Cone } else { Cause::RankAndCone }
+    }
+
+    /// Σ s (c_n N + c_t T), in the units of [`Self::solve`].
+    fn sum(&self, c: &PerRay) -> Stiffness {
+        Stiffness::from_mandel(tensor_of_coordinates(&self.rays.lift(&self.rays.tensor(c))))
+    }
+
+    /// The same with free node rotations.
+    fn relaxed(&self, c: &PerRay) -> Stiffness {
+        let (_, tangential) = self.per_bond(c, 1.0 / self.share_unit);
+        relax(&self.sum(c), &self.tangential_fabric(&tangential))
     }
 
     /// The problem in units of ‖C‖ = 1 and largest share = 1.
@@ -269,7 +355,7 @@ impl<'a> MicropolarCalibrator<'a> {
         if outcome.residual <= REACHED || (spanned && closest.norm() <= REACHED) {
             return Solution {
                 dual: rays.lift(&outcome.y),
-                c: outcome.c,
+                c: self.without_rounding(outcome.c),
                 away: (!spanned).then_some((Cause::Rank, outside)),
                 iterations: outcome.iterations,
                 residual: outcome.residual,
@@ -297,8 +383,21 @@ impl<'a> MicropolarCalibrator<'a> {
             solution.iterations = restricted.iterations;
             solution.dual = push_below_bound(rays, &off_face, 0.0, &on_face.lift(&restricted.y), away);
         }
+        solution.c = self.without_rounding(solution.c);
         solution.residual = (goal - rays.tensor(&solution.c)).norm();
         solution
+    }
+
+    /// c with tangential values that are rounding put to zero.
+    fn without_rounding(&self, mut c: PerRay) -> PerRay {
+        let count = self.directions.len();
+        let rounding = TANGENTIAL_ROUNDING * (0..count).map(|i| at(&c, i)).fold(0.0, f64::max);
+        (count..2 * count)
+            .filter(|&i| at(&c, i) <= rounding)
+            .collect::<Vec<_>>()
+            .iter()
+            .for_each(|&i| set(&mut c, i, 0.0));
+        c
     }
 
     /// c_n and c_t of every bond: bonds of one direction share c/s.
@@ -320,26 +419,34 @@ impl<'a> MicropolarCalibrator<'a> {
         })
     }
 
-    /// The certificate, with every product below zero by more than rounding: the identity has N:1 = T:1 = 1.
-    fn evidence(&self, cause: Cause, away: &Coordinates<21>, aim: &Stiffness) -> MicropolarInfeasibility {
-        let largest = |y: &Matrix6<f64>| {
-            let products = self.directions.iter().map(|n| {
-                let (normal, tangential) = (normal_projection(n), tangential_projection(n));
-                y.dot(&normal).max(y.dot(&tangential))
-            });
-            products.fold(f64::NEG_INFINITY, f64::max)
+    /// The certificate, with every product below zero by more than rounding: the identity has N:1 = T:1 = 1, and less
+    /// with a T whose nodes turn.
+    fn evidence(
+        &self,
+        cause: Cause,
+        away: &Coordinates<21>,
+        target: &Stiffness,
+        turn: &Matrix3x6<f64>,
+    ) -> MicropolarInfeasibility {
+        let tangential = |n: &Vector3<f64>| {
+            let bond = Stiffness::from_mandel(tangential_projection(n));
+            *turned(&bond, &(n * n.transpose()), turn).mandel()
         };
+        let bonds: Vec<Matrix6<f64>> =
+            self.directions.iter().flat_map(|n| [normal_projection(n), tangential(n)]).collect();
         let y = tensor_of_coordinates(&away.normalize());
-        let y = y - (largest(&y).max(0.0) + CERTIFICATE_MARGIN) * Matrix6::identity();
-        let defect = aim.cauchy_defect();
+        let above = bonds.iter().map(|bond| y.dot(bond) / bond.trace().max(1e-3)).fold(0.0, f64::max);
+        let y = y - (above + CERTIFICATE_MARGIN) * Matrix6::identity();
+        let defect = target.cauchy_defect();
         let trace = defect.trace();
         MicropolarInfeasibility {
             cause,
             certificate: std::array::from_fn(|a| std::array::from_fn(|b| y[(a, b)])),
-            largest_bond_product: largest(&y),
-            target_product: y.dot(aim.mandel()),
+            largest_bond_product: bonds.iter().map(|bond| y.dot(bond)).fold(f64::NEG_INFINITY, f64::max),
+            target_product: y.dot(target.mandel()),
             distance: away.norm(),
-            in_every_neighbourhood: defect.symmetric_eigenvalues().max() > 0.5 * trace + 1e-12 * aim.norm(),
+            in_every_neighbourhood: turn.norm() == 0.0
+                && defect.symmetric_eigenvalues().max() > 0.5 * trace + 1e-12 * target.norm(),
         }
     }
 }
@@ -370,64 +477,6 @@ fn rays_of(directions: &[Vector3<f64>], direction_of_bond: &[u32], share: &[f64]
     Rays::new(&columns, &norms, &weight)
 }
 
-/// M = Σ s c_t n⊗n (Pa) of a sum over bonds, read from its Cauchy defect: a tangential bond has the defect
-/// ¼ s c_t (1 − n⊗n), hence 4D = tr(M) 1 − M and M = 2 tr(D) 1 − 4D.
-fn fabric_of_defect(sum: &Stiffness) -> Matrix3<f64> {
-    let defect = sum.cauchy_defect();
-    Matrix3::identity() * (2.0 * defect.trace()) - 4.0 * defect
-}
-
-/// C_eff = C − Bᵀ D_r⁻¹ B: the rotation θ that all nodes share has the energy density ½ θ·D_r θ + θ·B E with
-/// D_r = tr(M) 1 − M and B E = −Σ s c_t n×(E n) = −ε:(M E), M = Σ s c_t n⊗n.
-fn relax(sum: &Stiffness, fabric: &Matrix3<f64>) -> Stiffness {
-    let coupling = Matrix3x6::from_fn(|i, a| {
-        let (p, q) = PAIRS[a];
-        let mut strain = Matrix3::zeros();
-        strain[(p, q)] = mandel_weight(a) / if p == q { 1.0 } else { 2.0 };
-        strain[(q, p)] = strain[(p, q)];
-        let product = fabric * strain;
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        product[(k, j)] - product[(j, k)]
-    });
-    let resistance = Matrix3::identity() * fabric.trace() - fabric;
-    let eigen = resistance.symmetric_eigen();
-    let floor = FABRIC_ROUNDING * fabric.trace();
-    let mut softer = *sum.mandel();
-    for (value, axis) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
-        // An axis about which nothing resists has nothing that turns it either.
-        if *value > floor {
-            let row = coupling.tr_mul(&axis);
-            softer -= row * row.transpose() / *value;
-        }
-    }
-    Stiffness::from_mandel(softer)
-}
-
-/// The tensor that a perfect grid of one kind of node has when its nodes rotate freely, from its sum over normal and
-/// tangential bonds, C_eff = C − Bᵀ D_r⁻¹ B. It depends on the sum alone: normal bonds resist no rotation, and
-/// what the tangential ones do shows in the Cauchy defect. `None` for a tensor that is no such sum because an eigenvalue
-/// of its defect is above half of the trace (or the trace is negative).
-pub fn with_free_rotations(sum: &Stiffness) -> Option<Stiffness> {
-    let fabric = fabric_of_defect(sum);
-    let allowed = -FABRIC_ROUNDING * sum.norm();
-    (fabric.symmetric_eigenvalues().min() >= allowed).then(|| relax(sum, &fabric))
-}
-
-/// The sum over bonds whose tensor with free rotations is a given one, by the fixed point C ← C + (C* − relaxed(C));
-/// `None` where there is none within reach of normal and tangential bonds.
-pub fn sum_for_free_rotations(measured: &Stiffness) -> Option<Stiffness> {
-    let mut sum = *measured;
-    for _ in 0..MOST_RELAXATIONS {
-        let missing = measured.mandel() - with_free_rotations(&sum)?.mandel();
-        sum = Stiffness::from_mandel(sum.mandel() + missing);
-        if missing.norm() <= 1e-15 * measured.norm() {
-            return Some(sum);
-        }
-    }
-    let missing = (measured.mandel() - with_free_rotations(&sum)?.mandel()).norm();
-    (missing <= 1e-12 * measured.norm()).then_some(sum)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -439,13 +488,5 @@ mod tests {
         assert!((tensor_coordinates(&a).dot(&tensor_coordinates(&b)) - a.dot(&b)).abs() < 1e-15);
         assert!((tensor_of_coordinates(&tensor_coordinates(&a)) - a).norm() < 1e-15);
         assert!((a.norm() - TANGENTIAL_NORM).abs() < 1e-15);
-    }
-
-    /// The defect of one tangential bond gives back its fabric.
-    #[test]
-    fn fabric_is_in_the_defect() {
-        let n = Vector3::new(0.3, -0.5, 0.2).normalize();
-        let sum = Stiffness::from_mandel(3.0 * tangential_projection(&n) + 7.0 * normal_projection(&n));
-        assert!((fabric_of_defect(&sum) - 3.0 * n * n.transpose()).norm() < 1e-14);
     }
 }

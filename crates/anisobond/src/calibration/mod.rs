@@ -22,6 +22,7 @@ mod dense_reference;
 mod dispersion;
 mod dual_newton;
 mod fracture;
+mod free_rotations;
 mod hybrid;
 mod lattice_stiffness;
 mod least_trace;
@@ -29,6 +30,7 @@ mod micropolar;
 mod microplane;
 mod model;
 pub mod naive;
+mod nearest_relaxed;
 mod nnls;
 mod rays;
 mod sphere_rule;
@@ -41,6 +43,7 @@ pub use calibrator::{Calibration, Calibrator, Cause, Infeasibility, LowerBound};
 pub use dense_reference::{DenseReference, ReferenceModel};
 pub use dispersion::{Dispersion, LongWaves, Stability};
 pub use fracture::{CrackPlanes, CriticalStretches, EnergyByNormal, FractureReport, fracture_energy};
+pub use free_rotations::{sum_for_free_rotations, with_free_rotations};
 pub use hybrid::{HybridCalibration, HybridCalibrator, HybridForm, TraceEvidence};
 pub use lattice_stiffness::{LatticeStiffness, PI_HAT, lattice_mu};
 pub(crate) use microplane::strain_dot;
@@ -48,10 +51,7 @@ pub use microplane::{
     DirectionModuli, EllipticFit, EllipticMicroplane, EllipticModuli, TransverseConstants, axis_of_strike_and_dip,
     microplane_stiffness, normal_projection, tangential_projection, unit_axis,
 };
-pub use micropolar::{
-    MicropolarCalibration, MicropolarCalibrator, MicropolarInfeasibility, Promise, sum_for_free_rotations,
-    with_free_rotations,
-};
+pub use micropolar::{MicropolarCalibration, MicropolarCalibrator, MicropolarInfeasibility, Promise};
 pub(crate) use micropolar::{tensor_coordinates, tensor_of_coordinates};
 pub use model::{ModelCalibration, ModelCalibrator, ModelSettings, WaveEvidence};
 pub use sphere_rule::SphereRule;

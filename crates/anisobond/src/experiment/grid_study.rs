@@ -8,9 +8,6 @@ use crate::lattice::Neighbourhood;
 use crate::operator::{GridCell, Network};
 use crate::tensor::Stiffness;
 
-/// A tangential micromodulus of this share of the largest normal one is zero.
-const ROUNDING: f64 = 1e-12;
-
 /// A cell of a grid with the bonds of a model.
 #[derive(Clone, Debug)]
 pub struct GridStudy {
@@ -58,12 +55,8 @@ impl GridStudy {
         let (promised, network) = match &calibration {
             ModelCalibration::Central(r, _) => (r.reached, cell.network(neighbourhood, &r.micromodulus, None)?),
             ModelCalibration::Micropolar(r, _) => {
-                // Where normal bonds are enough, rounding leaves tangential ones behind that would hold rotations by
-                // next to nothing.
-                let rounding = ROUNDING * r.normal.iter().copied().fold(0.0, f64::max);
-                let tangential: Vec<f64> = r.tangential.iter().map(|&c| if c > rounding { c } else { 0.0 }).collect();
                 let promised = if r.promise == Promise::FreeRotations { r.relaxed } else { r.reached };
-                (promised, cell.network(neighbourhood, &r.normal, Some(&tangential))?)
+                (promised, cell.network(neighbourhood, &r.normal, Some(&r.tangential))?)
             }
             ModelCalibration::Hybrid(r) => {
                 (r.reached, cell.hybrid_network(neighbourhood, &r.bonds.micromodulus, &r.nodal)?)

@@ -12,20 +12,14 @@ use crate::operator::{Network, NodalTerm};
 use crate::tensor::{SYMMETRY_TOLERANCE, Stiffness, SymmetryClass};
 use crate::{Error, Result};
 
-/// Distance from transverse isotropy, and of C44 from its dependent value, within which elliptic moduli can meet a
-/// tensor (–).
-const ELLIPTIC: f64 = 1e-6;
-
 /// How a correction is asked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CorrectionChoice {
-    /// Elliptic where elliptic moduli can meet the target, else general.
+    /// Everything that the model's moduli control, for any positive definite tensor.
     #[default]
-    Automatic,
+    General,
     /// The four elliptic moduli; of the micropolar model only.
     Elliptic,
-    /// Everything that the model's moduli control, for any positive definite tensor.
-    General,
 }
 
 /// Which bonds a lattice gets.
@@ -198,10 +192,6 @@ fn elliptic_fit(target: &Stiffness, axis: &Vector3<f64>, choice: CorrectionChoic
     match choice {
         CorrectionChoice::General => Ok(None),
         CorrectionChoice::Elliptic => EllipticFit::new(target, axis).map(Some),
-        CorrectionChoice::Automatic => Ok(EllipticFit::new(target, axis).ok().filter(|fit| {
-            let c44 = (fit.given_c44 - fit.dependent_c44).abs();
-            fit.distance <= ELLIPTIC && c44 <= ELLIPTIC * fit.given_c44.abs()
-        })),
     }
 }
 

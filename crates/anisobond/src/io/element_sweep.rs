@@ -21,7 +21,7 @@ use crate::{Error, Result};
 ///
 /// `packing` (a file; required), `contact_radius` (required); `material` (a name or a file) or `c11`, `c33`, `c13`, `c12` with
 /// units; `strike` and `dip` (degrees) or `axis` ("x,y,z"); `rotations` (free, blocked); `method` (static, dynamic) and
-/// `strain` (of a dynamic test); `model` (central, micropolar, hybrid) and `correct` (auto, elliptic, general, no).
+/// `strain` (of a dynamic test); `model` (central, micropolar, hybrid) and `correct` (general, elliptic, no).
 #[rustfmt::skip]
 pub const PARAMETERS: [&str; 15] = [
     "packing", "contact_radius", "material", "c11", "c33", "c13", "c12", "axis", "strike", "dip", "rotations", "method",
@@ -204,10 +204,9 @@ fn plan(job: &Job, rotations: Rotations) -> Result<LatticePlan> {
     };
     let choice = match job.get("correct").and_then(Value::text) {
         None | Some("no") => None,
-        Some("auto") => Some(CorrectionChoice::Automatic),
         Some("elliptic") => Some(CorrectionChoice::Elliptic),
         Some("general") => Some(CorrectionChoice::General),
-        Some(other) => return Err(Error::input(format!("correct = {other:?}"), "use auto, elliptic, general or no")),
+        Some(other) => return Err(Error::input(format!("correct = {other:?}"), "use general, elliptic or no")),
     };
     let test = ElementTest { rotations, threads: false, ..ElementTest::default() };
     let correction = choice.map(|choice| (choice, Correction { test, ..Correction::default() }));

@@ -91,7 +91,7 @@ impl MicropolarReport {
             relaxed_error: r.relaxed_error,
             cauchy_gap: r.cauchy_gap,
             feasible: r.feasible(),
-            infeasibility: r.infeasibility.as_ref().map(MicropolarInfeasibilityReport::new),
+            infeasibility: r.infeasibility.as_ref().map(|i| MicropolarInfeasibilityReport::new(i, r.promise)),
             universal_anisotropy: universal_anisotropy(&r.target),
             micromodulus: MicromodulusReport::of(&r.normal),
             tangential_micromodulus: MicromodulusReport::of(&r.tangential),
@@ -103,7 +103,7 @@ impl MicropolarReport {
 }
 
 impl MicropolarInfeasibilityReport {
-    fn new(i: &MicropolarInfeasibility) -> Self {
+    fn new(i: &MicropolarInfeasibility, promise: Promise) -> Self {
         const SPAN: &str = "the bonds of this neighbourhood span too few tensors to express the target";
         let what = match i.cause {
             Cause::Rank => SPAN.to_string(),
@@ -117,9 +117,13 @@ impl MicropolarInfeasibilityReport {
             }
             false => "a larger horizon may do, `--model hybrid` does",
         };
-        MicropolarInfeasibilityReport {
-            explanation: format!("{what}; {remedy}. The bonds given are those of the closest reachable tensor."),
-            evidence: i.clone(),
-        }
+        let given = match promise {
+            Promise::Sum => "The bonds given are those of the closest reachable tensor.",
+            Promise::FreeRotations => {
+                "The bonds given are the nearest that were found; the certificate holds while the nodes turn as they do \
+                 with these."
+            }
+        };
+        MicropolarInfeasibilityReport { explanation: format!("{what}; {remedy}. {given}"), evidence: i.clone() }
     }
 }
