@@ -6,28 +6,25 @@
 use super::lanes::Lanes;
 use super::law::{Constants, bond};
 use super::real::{Real, Word};
-use super::stencil::Lane;
 use super::sweep::{TOGETHER, TOGETHER_SINGLE};
 
-/// What the kernels read of a row. Offsets count numbers (words) from the begin of all displacements (bits), to
-/// position 0, lane 0 of a row's first component.
+/// What the kernels read of a row. Offsets count numbers (words) from position 0, lane 0 of the row's first component
+/// (word); those of an interior row are the same for all interior rows.
 pub struct RowView<'a, T: Real> {
-    /// Displacements.
+    /// Displacements of the row, at position 0.
     pub u: *const T,
-    /// Bits of half bonds.
+    /// Bits of half bonds of the row, at position 0.
     pub bits: *const T::Word,
     /// Slots of a row, the distance of components and of words.
     pub slots: usize,
-    /// The row itself, in displacements.
-    pub own: usize,
     /// By half bond: nodes at +ξ.
-    pub plus: &'a [usize],
+    pub plus: &'a [isize],
     /// By half bond: nodes at −ξ.
-    pub minus: &'a [usize],
+    pub minus: &'a [isize],
     /// By half bond: the word of the node's own bit.
-    pub own_bits: &'a [usize],
+    pub own_bits: &'a [isize],
     /// By half bond: the word of the bit of the node at −ξ.
-    pub minus_bits: &'a [usize],
+    pub minus_bits: &'a [isize],
     /// By half bond: the bit in both.
     pub bit: &'a [T::Word],
     /// Ranges of half bonds by pattern of components.
@@ -42,6 +39,16 @@ pub struct Coefficients<'a, T: Real> {
     pub own: &'a [T],
 }
 
+/// Where forces go: component a of position j is vector (a length + j) of `to`; only positions `wanted` are written.
+pub struct Output<T> {
+    /// The row's block of forces.
+    pub to: *mut T,
+    /// Positions of a row.
+    pub length: usize,
+    /// Positions that are written, of those that are taken together.
+    pub wanted: std::ops::Range<usize>,
+}
+
 /// The displacements of J positions of a row from j on. No closures here nor elsewhere in the kernels: they would not be
 /// compiled for the instruction set.
 #[inline(always)]
@@ -51,7 +58,7 @@ unsafe fn displacements<L: Lanes, const J: usize>(row: &RowView<L::T>, j: usize)
         let mut u = [[L::splat(L::T::default()); 3]; J];
         for jj in 0..J {
             for a in 0..3 {
-                u[jj][a] = L::load(row.u.add(row.own + a * row.slots + (j + jj) * L::N));
+                u[jj][a] = L::load(row.u.add(a * row.slots + (j + jj) * L::N));
             }
         }
         u
@@ -70,66 +77,71 @@ unsafe fn number<L: Lanes, const UNIFORM: bool>(from: &[L::T], place: usize) -> 
     }
 }
 
-/// Linear forces f = Σ k n (n·(u₊ + u₋ − 2u)) of some positions from j on, written to `out`. With bits, absent and broken bonds are left out: f = Σ k n (n·(b₊(u₊ − u) + b₋(u₋ − u))).
+/// Linear forces f = Σ k n (n·(u₊ + u₋ − 2u)) of some positions from j on. With bits, absent and broken bonds are left
+/// out: f = Σ k n (n·(b₊(u₊ − u) + b₋(u₋ − u))).
 ///
-/// `coefficients.shared` holds n, `own` holds k n.
+/// `coefficients.own` holds √|k| n, and the sign of k, which is not read unless SIGNED.
 ///
 /// # Safety
-/// As [`Lanes`]; all offsets of the row are valid, for positions up to j + TOGETHER − 1.
+/// As [`Lanes`]; all offsets of the row are valid, for positions up to j + TOGETHER − 1; so is the output.
 #[inline(always)]
-pub unsafe fn linear<L: Lanes, const UNIFORM: bool, const MASKED: bool>(
+pub unsafe fn linear<L: Lanes, const UNIFORM: bool, const MASKED: bool, const SIGNED: bool>(
     row: &RowView<L::T>,
     coefficients: &Coefficients<L::T>,
     j: usize,
-    out: &mut [[Lane<L::T>; 3]; TOGETHER],
+    out: &Output<L::T>,
 ) {
     // SAFETY: the caller's contract.
     unsafe {
-        let u = displacements::<L, TOGETHER>(row, j);
-        let mut centre = u;
+        let mut centre = displacements::<L, TOGETHER>(row, j);
         if !MASKED {
             for jj in 0..TOGETHER {
                 for a in 0..3 {
-                    centre[jj][a] = u[jj][a].add(u[jj][a]);
+                    centre[jj][a] = centre[jj][a].add(centre[jj][a]);
                 }
             }
         }
         let mut f = [[L::splat(L::T::default()); 3]; TOGETHER];
-        if MASKED || !UNIFORM {
-            let all = 0..row.plus.len();
-            part::<L, UNIFORM, MASKED, true, true, true>(row, coefficients, all, j, &centre, &mut f);
-        } else {
-            for (pattern, range) in row.patterns {
-                let range = range.clone();
-                match pattern {
-                    1 => part::<L, UNIFORM, MASKED, true, false, false>(row, coefficients, range, j, &centre, &mut f),
-                    2 => part::<L, UNIFORM, MASKED, false, true, false>(row, coefficients, range, j, &centre, &mut f),
-                    3 => part::<L, UNIFORM, MASKED, true, true, false>(row, coefficients, range, j, &centre, &mut f),
-                    4 => part::<L, UNIFORM, MASKED, false, false, true>(row, coefficients, range, j, &centre, &mut f),
-                    5 => part::<L, UNIFORM, MASKED, true, false, true>(row, coefficients, range, j, &centre, &mut f),
-                    6 => part::<L, UNIFORM, MASKED, false, true, true>(row, coefficients, range, j, &centre, &mut f),
-                    _ => part::<L, UNIFORM, MASKED, true, true, true>(row, coefficients, range, j, &centre, &mut f),
-                }
+        for (pattern, range) in row.patterns {
+            let (r, c) = (range.clone(), coefficients);
+            match pattern {
+                1 => part::<L, UNIFORM, MASKED, SIGNED, true, false, false>(row, c, r, j, &centre, &mut f),
+                2 => part::<L, UNIFORM, MASKED, SIGNED, false, true, false>(row, c, r, j, &centre, &mut f),
+                3 => part::<L, UNIFORM, MASKED, SIGNED, true, true, false>(row, c, r, j, &centre, &mut f),
+                4 => part::<L, UNIFORM, MASKED, SIGNED, false, false, true>(row, c, r, j, &centre, &mut f),
+                5 => part::<L, UNIFORM, MASKED, SIGNED, true, false, true>(row, c, r, j, &centre, &mut f),
+                6 => part::<L, UNIFORM, MASKED, SIGNED, false, true, true>(row, c, r, j, &centre, &mut f),
+                _ => part::<L, UNIFORM, MASKED, SIGNED, true, true, true>(row, c, r, j, &centre, &mut f),
             }
         }
-        write(&f, out);
+        write(&f, j, out);
     }
 }
 
 /// Vectors to memory.
 #[inline(always)]
-unsafe fn write<L: Lanes, const J: usize>(f: &[[L; 3]; J], out: &mut [[Lane<L::T>; 3]; TOGETHER]) {
+unsafe fn write<L: Lanes, const J: usize>(f: &[[L; 3]; J], j: usize, out: &Output<L::T>) {
     for jj in 0..J {
-        for a in 0..3 {
-            // SAFETY: aligned, and as long as the widest vector.
-            unsafe { f[jj][a].store(out[jj][a].0.as_mut_ptr()) };
+        if j + jj >= out.wanted.start && j + jj < out.wanted.end {
+            for a in 0..3 {
+                // SAFETY: the caller's contract.
+                unsafe { f[jj][a].store(out.to.add((a * out.length + j + jj) * L::N)) };
+            }
         }
     }
 }
 
 /// The bonds of one pattern: components of n that are zero are not read.
 #[inline(always)]
-unsafe fn part<L: Lanes, const UNIFORM: bool, const MASKED: bool, const X: bool, const Y: bool, const Z: bool>(
+unsafe fn part<
+    L: Lanes,
+    const UNIFORM: bool,
+    const MASKED: bool,
+    const SIGNED: bool,
+    const X: bool,
+    const Y: bool,
+    const Z: bool,
+>(
     row: &RowView<L::T>,
     coefficients: &Coefficients<L::T>,
     range: std::ops::Range<usize>,
@@ -141,49 +153,54 @@ unsafe fn part<L: Lanes, const UNIFORM: bool, const MASKED: bool, const X: bool,
     // SAFETY: the caller's contract.
     unsafe {
         let zero = L::splat(L::T::default());
+        let u = row.u.add(j * L::N);
+        let bits = row.bits.add(j * L::N);
         for p in range {
-            let plus = row.u.add(row.plus.get_unchecked(p) + j * L::N);
-            let minus = row.u.add(row.minus.get_unchecked(p) + j * L::N);
-            let mut n = [zero; 3];
-            let mut kn = [zero; 3];
+            let plus = u.offset(*row.plus.get_unchecked(p));
+            let minus = u.offset(*row.minus.get_unchecked(p));
+            let mut m = [zero; 3];
             for a in 0..3 {
                 if used[a] {
-                    n[a] = number::<L, true>(coefficients.shared, 3 * p + a);
-                    kn[a] = number::<L, UNIFORM>(coefficients.own, 3 * p + a);
+                    m[a] = number::<L, UNIFORM>(coefficients.own, 4 * p + a);
                 }
+            }
+            let mut sign = zero;
+            if SIGNED {
+                sign = number::<L, UNIFORM>(coefficients.own, 4 * p + 3);
             }
             for jj in 0..TOGETHER {
                 let at = jj * L::N;
                 let (mut here, mut there) = (None, None);
                 if MASKED {
                     let bit = L::splat_word(*row.bit.get_unchecked(p));
-                    let own = row.bits.add(row.own_bits.get_unchecked(p) + j * L::N + at);
-                    let other = row.bits.add(row.minus_bits.get_unchecked(p) + j * L::N + at);
-                    here = Some(L::common(L::words(own), bit));
-                    there = Some(L::common(L::words(other), bit));
+                    here = Some(L::common(L::words(bits.offset(*row.own_bits.get_unchecked(p)).add(at)), bit));
+                    there = Some(L::common(L::words(bits.offset(*row.minus_bits.get_unchecked(p)).add(at)), bit));
                 }
-                // −n·(u₊ + u₋ − 2u): the differences are formed before anything is summed, so that a rigid translation
-                // costs nothing exactly.
+                // −√|k| n·(u₊ + u₋ − 2u): the differences are formed before anything is summed, so that a rigid
+                // translation costs nothing exactly.
                 let mut stretch: Option<L> = None;
                 for a in 0..3 {
                     if used[a] {
                         let (up, um) = (L::load(plus.add(a * row.slots + at)), L::load(minus.add(a * row.slots + at)));
                         let r = match (here, there) {
                             (Some(here), Some(there)) => {
-                                centre[jj][a].sub(up).keep(here).add(centre[jj][a].sub(um).keep(there))
+                                centre[jj][a].sub_where(up, here).add(centre[jj][a].sub_where(um, there))
                             }
                             _ => centre[jj][a].sub(up).sub(um),
                         };
                         stretch = Some(match stretch {
-                            None => n[a].mul(r),
-                            Some(sum) => n[a].mul_add(r, sum),
+                            None => m[a].mul(r),
+                            Some(sum) => m[a].mul_add(r, sum),
                         });
                     }
                 }
-                if let Some(stretch) = stretch {
+                if let Some(mut stretch) = stretch {
+                    if SIGNED {
+                        stretch = stretch.mul(sign);
+                    }
                     for a in 0..3 {
                         if used[a] {
-                            f[jj][a] = kn[a].neg_mul_add(stretch, f[jj][a]);
+                            f[jj][a] = m[a].neg_mul_add(stretch, f[jj][a]);
                         }
                     }
                 }
@@ -204,7 +221,7 @@ pub unsafe fn single<L: Lanes, const UNIFORM: bool, const MASKED: bool, const FI
     row: &RowView<L::T>,
     coefficients: &Coefficients<L::T>,
     j: usize,
-    out: &mut [[Lane<L::T>; 3]; TOGETHER],
+    out: &Output<L::T>,
     mut broken: impl FnMut(usize, usize, u32),
 ) {
     // SAFETY: the caller's contract.
@@ -212,8 +229,8 @@ pub unsafe fn single<L: Lanes, const UNIFORM: bool, const MASKED: bool, const FI
         let u = displacements::<L, TOGETHER_SINGLE>(row, j);
         let mut f = [[L::splat(L::T::default()); 3]; TOGETHER_SINGLE];
         for p in 0..row.plus.len() {
-            let plus = row.u.add(row.plus.get_unchecked(p) + j * L::N);
-            let minus = row.u.add(row.minus.get_unchecked(p) + j * L::N);
+            let plus = row.u.offset(*row.plus.get_unchecked(p)).add(j * L::N);
+            let minus = row.u.offset(*row.minus.get_unchecked(p)).add(j * L::N);
             let constants = Constants {
                 branch: [
                     number::<L, true>(coefficients.shared, 4 * p),
@@ -236,8 +253,9 @@ pub unsafe fn single<L: Lanes, const UNIFORM: bool, const MASKED: bool, const FI
                 let (measure_minus, to_minus, mut pull_minus) = bond::<L, FINITE>(&here, &constants);
                 if MASKED {
                     let bit = L::splat_word(*row.bit.get_unchecked(p));
-                    let own = L::words(row.bits.add(row.own_bits.get_unchecked(p) + j * L::N + at));
-                    let other = L::words(row.bits.add(row.minus_bits.get_unchecked(p) + j * L::N + at));
+                    let bits = row.bits.add(j * L::N + at);
+                    let own = L::words(bits.offset(*row.own_bits.get_unchecked(p)));
+                    let other = L::words(bits.offset(*row.minus_bits.get_unchecked(p)));
                     pull_plus = pull_plus.keep(L::common(own, bit));
                     pull_minus = pull_minus.keep(L::common(other, bit));
                 }
@@ -254,7 +272,7 @@ pub unsafe fn single<L: Lanes, const UNIFORM: bool, const MASKED: bool, const FI
                 }
             }
         }
-        write(&f, out);
+        write(&f, j, out);
     }
 }
 

@@ -45,7 +45,7 @@ pub unsafe fn bond<L: Lanes, const FINITE: bool>(eta: &[L; 3], c: &Constants<L>)
         let sum = [to[0].add(c.branch[0]), to[1].add(c.branch[1]), to[2].add(c.branch[2])];
         let q = dot(eta, &sum).mul(c.per_square);
         let square = one.add(q);
-        let part = q.div(square.add(square.sqrt()));
+        let part = q.div(square.add(square.root()));
         (q, to, c.stiffness.mul(part))
     }
 }

@@ -3,12 +3,12 @@
 use rayon::prelude::*;
 
 use super::build::GridBonds;
-use super::kernels::{Coefficients, RowView, bit_of, linear, single};
+use super::kernels::{Coefficients, Output, RowView, bit_of, linear, single};
 use super::lanes::{InstructionSet, Lanes};
 use super::law::{mean, threshold};
 use super::padded::Padded;
 use super::real::Real;
-use super::stencil::{Lane, MOST_LANES};
+use super::stencil::MOST_LANES;
 use crate::operator::Kinematics;
 
 /// Positions of a row that share the loads of a bond's constants: where bonds are taken in pairs, and one by one. A part
@@ -43,10 +43,12 @@ pub struct Scratch<T: Real> {
     block: super::aligned::Aligned<T>,
     /// Forces of a row in natural order.
     pub natural: [Vec<T>; 3],
-    plus: Vec<usize>,
-    minus: Vec<usize>,
-    own_bits: Vec<usize>,
-    minus_bits: Vec<usize>,
+    plus: Vec<isize>,
+    minus: Vec<isize>,
+    own_bits: Vec<isize>,
+    minus_bits: Vec<isize>,
+    /// Whether the offsets are those of interior rows, which are all alike.
+    interior: bool,
     /// Constants of the mixture that was last used, in vectors.
     mixed: super::aligned::Aligned<T>,
     mixed_of: u32,
@@ -59,6 +61,8 @@ pub struct Tables<T: Real> {
     /// By stencil: `per_bond` numbers per half bond.
     pub own: Vec<T>,
     pub per_bond: usize,
+    /// By stencil: whether any stiffness is negative.
+    pub signed: Vec<bool>,
     pub bit: Vec<T::Word>,
 }
 
@@ -148,7 +152,8 @@ impl<T: Real> GridBonds<T> {
             minus: vec![0; half],
             own_bits: vec![0; half],
             minus_bits: vec![0; half],
-            mixed: super::aligned::Aligned::zeros(3 * half * layout.lanes),
+            interior: false,
+            mixed: super::aligned::Aligned::zeros(4 * half * layout.lanes),
             mixed_of: 0,
         }
     }
@@ -163,21 +168,22 @@ impl<T: Real> GridBonds<T> {
         let paired = Self::paired(law);
         let finite = law.kinematics == Kinematics::Finite;
         let mut shared = Vec::new();
-        for p in 0..half.len() {
+        for p in (0..half.len()).filter(|_| !paired) {
             let branch = if finite { &half.branch } else { &half.direction };
             shared.extend(branch.iter().map(|b| b.slice()[p]));
-            if !paired {
-                shared.push(half.per_square.slice()[p]);
-            }
+            shared.push(half.per_square.slice()[p]);
         }
         let mut own = Vec::new();
+        let mut signed = vec![false; self.stencils.len()];
         for s in 0..self.stencils.len() {
             for (p, &b) in half.full.iter().enumerate() {
                 let of = |values: &[T]| mean(values[s * bonds + b], values[s * bonds + half.opposite(b)]);
                 let k = of(&self.stiffness);
                 if paired {
-                    // k n rounded once, from the rounded k and n.
-                    own.extend(half.direction.iter().map(|n| k * n.slice()[p]));
+                    let root = k.f64().abs().sqrt();
+                    own.extend(half.xi[p].normalize().iter().map(|n| T::of(root * n)));
+                    own.push(T::of(k.f64().signum()));
+                    signed[s] |= k < T::default();
                 } else {
                     let limit = threshold(finite, of(&self.critical), half.length.slice()[p]);
                     own.extend([k, if law.breaking { limit } else { T::of(f64::INFINITY) }]);
@@ -185,23 +191,29 @@ impl<T: Real> GridBonds<T> {
             }
         }
         let bit = half.full.iter().map(|&b| bit_of::<T::Word>(b, bonds / 2).1).collect();
-        Tables { shared, own, per_bond: if paired { 3 } else { 2 }, bit }
+        Tables { shared, own, signed, per_bond: if paired { 4 } else { 2 }, bit }
     }
 
-    /// Offsets of neighbouring rows.
+    /// Offsets of neighbouring rows from a row.
     fn aim(&self, row: usize, scratch: &mut Scratch<T>) {
         let layout = &*self.layout;
+        let interior = layout.interior(row);
+        if interior && scratch.interior {
+            return;
+        }
+        scratch.interior = interior;
+        let slots = layout.slots as isize;
         for p in 0..self.half.len() {
             let [dx, dy, dz] = self.half.offset[p];
-            let (plus, minus) = (layout.row_at(row, [dy, dz]), layout.row_at(row, [-dy, -dz]));
-            let centre = (layout.reach[0] * layout.lanes) as isize;
+            let rows = |offset| layout.row_at(row, offset) as isize - row as isize;
+            let (plus, minus) = (rows([dy, dz]), rows([-dy, -dz]));
             let along = dx as isize * layout.lanes as isize;
-            let (ahead, behind) = ((centre + along) as usize, (centre - along) as usize);
             let (word, _) = bit_of::<T::Word>(self.half.full[p], self.half.bonds / 2);
-            scratch.plus[p] = plus * 3 * layout.slots + ahead;
-            scratch.minus[p] = minus * 3 * layout.slots + behind;
-            scratch.own_bits[p] = (row * self.words + word) * layout.slots + centre as usize;
-            scratch.minus_bits[p] = (minus * self.words + word) * layout.slots + behind;
+            let (word, words) = (word as isize, self.words as isize);
+            scratch.plus[p] = plus * 3 * slots + along;
+            scratch.minus[p] = minus * 3 * slots - along;
+            scratch.own_bits[p] = word * slots;
+            scratch.minus_bits[p] = (minus * words + word) * slots - along;
         }
     }
 
@@ -295,7 +307,11 @@ unsafe fn row_in<T: Real, L: Lanes<T = T>>(task: &Task<T>, scratch: &mut Scratch
         }
         j = end;
     }
-    collect(bonds, row, scratch);
+    match L::N {
+        4 => collect::<T, 4>(bonds, row, scratch),
+        8 => collect::<T, 8>(bonds, row, scratch),
+        _ => collect::<T, MOST_LANES>(bonds, row, scratch),
+    }
     let range = bonds.special_from[row] as usize..bonds.special_from[row + 1] as usize;
     for &node in &bonds.special[range] {
         let e = node as usize % bonds.row_nodes();
@@ -332,12 +348,18 @@ unsafe fn positions<T: Real, L: Lanes<T = T>>(
         Some(s) => &tables.own[(usize::from(s) - 1) * per_stencil..][..per_stencil],
         None => &scratch.mixed.slice()[..per_stencil * layout.lanes],
     };
+    let signed = uniform.is_some_and(|s| tables.signed[usize::from(s) - 1]);
     let coefficients = Coefficients { shared: &tables.shared, own };
+    let centre = layout.reach[0] * layout.lanes;
+    // SAFETY: the row is one of the body's.
+    let (own_u, own_bits) = unsafe {
+        let bits = bonds.bits.slice().as_ptr().add(row * bonds.words * layout.slots + centre);
+        (u.values.slice().as_ptr().add(row * 3 * layout.slots + centre), bits)
+    };
     let view = RowView {
-        u: u.values.slice().as_ptr(),
-        bits: bonds.bits.slice().as_ptr(),
+        u: own_u,
+        bits: own_bits,
         slots: layout.slots,
-        own: row * 3 * layout.slots + layout.reach[0] * layout.lanes,
         plus: &scratch.plus,
         minus: &scratch.minus,
         own_bits: &scratch.own_bits,
@@ -347,7 +369,7 @@ unsafe fn positions<T: Real, L: Lanes<T = T>>(
     };
     let start = wanted.start.min(layout.length - together);
     let whole = bonds.whole[row * layout.length..][wanted.clone()].iter().all(|&w| w);
-    let mut out = [[[T::default(); MOST_LANES]; 3]; TOGETHER].map(|f| f.map(Lane));
+    let out = Output { to: scratch.block.slice_mut().as_mut_ptr(), length: layout.length, wanted: wanted.clone() };
     let told = |p: usize, jj: usize, lanes: u32| {
         if wanted.contains(&(start + jj)) {
             bonds.record(row, start + jj, p, lanes, events);
@@ -357,44 +379,45 @@ unsafe fn positions<T: Real, L: Lanes<T = T>>(
     unsafe {
         let (view, coefficients) = (&view, &coefficients);
         match (law.kinematics, law.breaking, uniform.is_some(), whole) {
-            (Kinematics::Linear, false, true, true) => linear::<L, true, false>(view, coefficients, start, &mut out),
-            (Kinematics::Linear, false, true, false) => linear::<L, true, true>(view, coefficients, start, &mut out),
-            (Kinematics::Linear, false, false, _) => linear::<L, false, true>(view, coefficients, start, &mut out),
+            (Kinematics::Linear, false, true, true) if signed => {
+                linear::<L, true, false, true>(view, coefficients, start, &out)
+            }
+            (Kinematics::Linear, false, true, true) => linear::<L, true, false, false>(view, coefficients, start, &out),
+            (Kinematics::Linear, false, true, false) => linear::<L, true, true, true>(view, coefficients, start, &out),
+            (Kinematics::Linear, false, false, _) => linear::<L, false, true, true>(view, coefficients, start, &out),
             (Kinematics::Linear, true, true, _) => {
-                single::<L, true, true, false>(view, coefficients, start, &mut out, told)
+                single::<L, true, true, false>(view, coefficients, start, &out, told)
             }
             (Kinematics::Linear, true, false, _) => {
-                single::<L, false, true, false>(view, coefficients, start, &mut out, told)
+                single::<L, false, true, false>(view, coefficients, start, &out, told)
             }
             (Kinematics::Finite, _, true, true) => {
-                single::<L, true, false, true>(view, coefficients, start, &mut out, told)
+                single::<L, true, false, true>(view, coefficients, start, &out, told)
             }
             (Kinematics::Finite, _, true, false) => {
-                single::<L, true, true, true>(view, coefficients, start, &mut out, told)
+                single::<L, true, true, true>(view, coefficients, start, &out, told)
             }
-            (Kinematics::Finite, _, false, _) => {
-                single::<L, false, true, true>(view, coefficients, start, &mut out, told)
-            }
-        }
-    }
-    for j in wanted {
-        for a in 0..3 {
-            let at = (a * layout.length + j) * layout.lanes;
-            scratch.block.slice_mut()[at..at + layout.lanes].copy_from_slice(&out[j - start][a].0[..layout.lanes]);
+            (Kinematics::Finite, _, false, _) => single::<L, false, true, true>(view, coefficients, start, &out, told),
         }
     }
 }
 
 /// Forces of a row from slots to natural order; zero where there is no node.
-fn collect<T: Real>(bonds: &GridBonds<T>, row: usize, scratch: &mut Scratch<T>) {
+#[inline(always)]
+fn collect<T: Real, const N: usize>(bonds: &GridBonds<T>, row: usize, scratch: &mut Scratch<T>) {
     let (layout, n) = (&*bonds.layout, bonds.row_nodes());
-    let stencil = &bonds.stencil[row * n..(row + 1) * n];
-    let block = layout.length * layout.lanes;
-    for (a, natural) in scratch.natural.iter_mut().enumerate() {
-        layout.collect(&scratch.block.slice()[a * block..(a + 1) * block], natural);
-        for (f, &s) in natural.iter_mut().zip(stencil) {
-            if s == 0 {
-                *f = T::default();
+    let blocks = scratch.block.slice().chunks_exact(layout.length * N);
+    for (natural, block) in scratch.natural.iter_mut().zip(blocks) {
+        for (lane, part) in natural.chunks_mut(layout.length).enumerate() {
+            for (to, vector) in part.iter_mut().zip(block.as_chunks::<N>().0) {
+                *to = vector[lane];
+            }
+        }
+        if !bonds.full {
+            for (f, &s) in natural.iter_mut().zip(&bonds.stencil[row * n..(row + 1) * n]) {
+                if s == 0 {
+                    *f = T::default();
+                }
             }
         }
     }

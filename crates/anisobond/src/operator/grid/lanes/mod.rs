@@ -112,6 +112,18 @@ pub trait Lanes: Copy {
     unsafe fn neg_mul_add(self, b: Self, c: Self) -> Self;
     /// Where self > b; never where either is not a number.
     unsafe fn above(self, b: Self) -> Self::Mask;
+    /// √self, for self ≥ 0, within a few units of the last place; at 0 it may be no number.
+    #[inline(always)]
+    unsafe fn root(self) -> Self {
+        // SAFETY: the caller's contract.
+        unsafe { self.sqrt() }
+    }
+    /// self − b where the mask is set, else 0.
+    #[inline(always)]
+    unsafe fn sub_where(self, b: Self, mask: Self::Mask) -> Self {
+        // SAFETY: the caller's contract.
+        unsafe { self.sub(b).keep(mask) }
+    }
     /// self where the mask is set, else 0.
     unsafe fn keep(self, mask: Self::Mask) -> Self;
     /// Aligned load of words.
