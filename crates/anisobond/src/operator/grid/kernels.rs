@@ -4,7 +4,7 @@
 //! Neighbours at +ξ and −ξ are taken together; a few positions of a row share the loads of a bond's constants.
 
 use super::lanes::Lanes;
-use super::law::{Constants, bond};
+use super::law::{Constants, bonds};
 use super::real::{Real, Word};
 use super::sweep::{TOGETHER, TOGETHER_SINGLE};
 
@@ -37,6 +37,37 @@ pub struct Coefficients<'a, T: Real> {
     pub shared: &'a [T],
     /// Constants of the stencil: `own` numbers per half bond, or as many vectors.
     pub own: &'a [T],
+}
+
+/// A kernel at a few positions of a row, compiled as a function of its own, whose registers no other kernel shares.
+pub trait Kernel {
+    /// Do it.
+    ///
+    /// # Safety
+    /// As [`Lanes`]; all offsets of the row are valid for the positions from j on that are taken together; so is the output.
+    unsafe fn run(self);
+}
+
+/// Positions of a row from j on, their bonds and where results go.
+pub struct Positions<'a, T: Real> {
+    /// The row.
+    pub row: &'a RowView<'a, T>,
+    /// Constants of bonds.
+    pub coefficients: &'a Coefficients<'a, T>,
+    /// First position.
+    pub j: usize,
+    /// Forces, or energies.
+    pub out: &'a Output<T>,
+    /// Bonds that break.
+    pub over: &'a mut Over,
+}
+
+/// Bonds over their threshold at some positions.
+pub struct Over {
+    /// Half bond p, position and lanes as bits; room for every bond of every position and one more.
+    pub list: Vec<(u32, u32, u32)>,
+    /// Number of entries that count.
+    pub count: usize,
 }
 
 /// Where forces go: component a of position j is vector (a length + j) of `to`; only positions `wanted` are written.
@@ -81,11 +112,21 @@ unsafe fn number<L: Lanes, const UNIFORM: bool>(from: &[L::T], place: usize) -> 
 /// out: f = Σ k n (n·(b₊(u₊ − u) + b₋(u₋ − u))).
 ///
 /// `coefficients.own` holds √|k| n, and the sign of k, which is not read unless SIGNED.
-///
-/// # Safety
-/// As [`Lanes`]; all offsets of the row are valid, for positions up to j + TOGETHER − 1; so is the output.
+pub struct Linear<'a, L: Lanes, const UNIFORM: bool, const MASKED: bool, const SIGNED: bool>(pub Positions<'a, L::T>);
+
+impl<L: Lanes, const UNIFORM: bool, const MASKED: bool, const SIGNED: bool> Kernel
+    for Linear<'_, L, UNIFORM, MASKED, SIGNED>
+{
+    #[inline(always)]
+    unsafe fn run(self) {
+        let Positions { row, coefficients, j, out, .. } = self.0;
+        // SAFETY: the caller's contract.
+        unsafe { linear::<L, UNIFORM, MASKED, SIGNED>(row, coefficients, j, out) }
+    }
+}
+
 #[inline(always)]
-pub unsafe fn linear<L: Lanes, const UNIFORM: bool, const MASKED: bool, const SIGNED: bool>(
+unsafe fn linear<L: Lanes, const UNIFORM: bool, const MASKED: bool, const SIGNED: bool>(
     row: &RowView<L::T>,
     coefficients: &Coefficients<L::T>,
     j: usize,
@@ -209,70 +250,117 @@ unsafe fn part<
     }
 }
 
-/// Forces of some positions from j on with every bond on its own, because it may break or turns: linear or finite.
-/// `broken(p, jj, lanes)` is told the half bonds p, from the node on, that break now, as bits of lanes.
+/// Forces of some positions from j on with every bond on its own, because it may break or turns: linear or finite. The
+/// half bonds, from the node on, that break now are written to `over`, without a branch.
 ///
 /// `coefficients.shared` holds n or ξ, and 1/|ξ|²; `own` holds k and the threshold.
-///
-/// # Safety
-/// As [`linear`].
-#[inline(always)]
-pub unsafe fn single<L: Lanes, const UNIFORM: bool, const MASKED: bool, const FINITE: bool>(
-    row: &RowView<L::T>,
-    coefficients: &Coefficients<L::T>,
-    j: usize,
-    out: &Output<L::T>,
-    mut broken: impl FnMut(usize, usize, u32),
-) {
-    // SAFETY: the caller's contract.
-    unsafe {
-        let u = displacements::<L, TOGETHER_SINGLE>(row, j);
-        let mut f = [[L::splat(L::T::default()); 3]; TOGETHER_SINGLE];
-        for p in 0..row.plus.len() {
-            let plus = row.u.offset(*row.plus.get_unchecked(p)).add(j * L::N);
-            let minus = row.u.offset(*row.minus.get_unchecked(p)).add(j * L::N);
-            let constants = Constants {
-                branch: [
-                    number::<L, true>(coefficients.shared, 4 * p),
-                    number::<L, true>(coefficients.shared, 4 * p + 1),
-                    number::<L, true>(coefficients.shared, 4 * p + 2),
-                ],
-                per_square: number::<L, true>(coefficients.shared, 4 * p + 3),
-                stiffness: number::<L, UNIFORM>(coefficients.own, 2 * p),
-            };
-            let threshold = number::<L, UNIFORM>(coefficients.own, 2 * p + 1);
-            for jj in 0..TOGETHER_SINGLE {
-                let at = jj * L::N;
-                // The bond at −ξ is seen from its other end: the same numbers there and here.
-                let (mut there, mut here) = (u[jj], u[jj]);
-                for a in 0..3 {
-                    there[a] = L::load(plus.add(a * row.slots + at)).sub(u[jj][a]);
-                    here[a] = u[jj][a].sub(L::load(minus.add(a * row.slots + at)));
-                }
-                let (measure_plus, to_plus, mut pull_plus) = bond::<L, FINITE>(&there, &constants);
-                let (measure_minus, to_minus, mut pull_minus) = bond::<L, FINITE>(&here, &constants);
-                if MASKED {
-                    let bit = L::splat_word(*row.bit.get_unchecked(p));
-                    let bits = row.bits.add(j * L::N + at);
-                    let own = L::words(bits.offset(*row.own_bits.get_unchecked(p)));
-                    let other = L::words(bits.offset(*row.minus_bits.get_unchecked(p)));
-                    pull_plus = pull_plus.keep(L::common(own, bit));
-                    pull_minus = pull_minus.keep(L::common(other, bit));
-                }
-                let (over_plus, over_minus) = (measure_plus.above(threshold), measure_minus.above(threshold));
-                if L::bits(over_plus) | L::bits(over_minus) != 0 {
-                    // Broken before or absent: without force already, and the bits say so to whoever keeps count.
-                    pull_plus = pull_plus.keep(L::but_not(L::mask(u32::MAX), over_plus));
-                    pull_minus = pull_minus.keep(L::but_not(L::mask(u32::MAX), over_minus));
-                    broken(p, jj, L::bits(over_plus));
-                }
-                for a in 0..3 {
-                    f[jj][a] = pull_plus.mul_add(to_plus[a], f[jj][a]);
-                    f[jj][a] = pull_minus.neg_mul_add(to_minus[a], f[jj][a]);
+pub struct Single<'a, L: Lanes, const UNIFORM: bool, const MASKED: bool, const FINITE: bool>(pub Positions<'a, L::T>);
+
+impl<L: Lanes, const UNIFORM: bool, const MASKED: bool, const FINITE: bool> Kernel
+    for Single<'_, L, UNIFORM, MASKED, FINITE>
+{
+    #[inline(always)]
+    unsafe fn run(self) {
+        let Positions { row, coefficients, j, out, over } = self.0;
+        // SAFETY: the caller's contract.
+        unsafe {
+            let u = displacements::<L, TOGETHER_SINGLE>(row, j);
+            let mut f = [[L::splat(L::T::default()); 3]; TOGETHER_SINGLE];
+            let list = over.list.as_mut_ptr();
+            let mut count = 0;
+            for p in 0..row.plus.len() {
+                let plus = row.u.offset(*row.plus.get_unchecked(p)).add(j * L::N);
+                let minus = row.u.offset(*row.minus.get_unchecked(p)).add(j * L::N);
+                let constants = constants::<L, UNIFORM>(coefficients, p);
+                let threshold = number::<L, UNIFORM>(coefficients.own, 2 * p + 1);
+                for jj in 0..TOGETHER_SINGLE {
+                    let at = jj * L::N;
+                    // The bond at −ξ is seen from its other end: the same numbers there and here.
+                    let (mut there, mut here) = (u[jj], u[jj]);
+                    for a in 0..3 {
+                        there[a] = L::load(plus.add(a * row.slots + at)).sub(u[jj][a]);
+                        here[a] = u[jj][a].sub(L::load(minus.add(a * row.slots + at)));
+                    }
+                    let (mut own, mut other) = (L::mask(u32::MAX), L::mask(u32::MAX));
+                    if MASKED {
+                        let bit = L::splat_word(*row.bit.get_unchecked(p));
+                        let bits = row.bits.add(j * L::N + at);
+                        own = L::common(L::words(bits.offset(*row.own_bits.get_unchecked(p))), bit);
+                        other = L::common(L::words(bits.offset(*row.minus_bits.get_unchecked(p))), bit);
+                    }
+                    let [ahead, behind] = bonds::<L, FINITE, 2>(&[there, here], &constants);
+                    let (measure, to, factor) = ahead;
+                    let breaks = L::both(own, measure.above(threshold));
+                    let pull = constants.stiffness.mul_where(factor, L::but_not(own, breaks));
+                    for a in 0..3 {
+                        f[jj][a] = pull.mul_add(to[a], f[jj][a]);
+                    }
+                    *list.add(count) = (p as u32, (j + jj) as u32, L::bits(breaks));
+                    count += usize::from(L::bits(breaks) != 0);
+                    let (measure, to, factor) = behind;
+                    let pull = constants.stiffness.mul_where(factor, L::but_not(other, measure.above(threshold)));
+                    for a in 0..3 {
+                        f[jj][a] = pull.neg_mul_add(to[a], f[jj][a]);
+                    }
                 }
             }
+            over.count = count;
+            write(&f, j, out);
         }
-        write(&f, j, out);
+    }
+}
+
+/// Constants of half bond p.
+#[inline(always)]
+unsafe fn constants<L: Lanes, const UNIFORM: bool>(from: &Coefficients<L::T>, p: usize) -> Constants<L> {
+    // SAFETY: the caller's contract.
+    unsafe {
+        Constants {
+            branch: [
+                number::<L, true>(from.shared, 4 * p),
+                number::<L, true>(from.shared, 4 * p + 1),
+                number::<L, true>(from.shared, 4 * p + 2),
+            ],
+            per_square: number::<L, true>(from.shared, 4 * p + 3),
+            stiffness: number::<L, UNIFORM>(from.own, 2 * p),
+        }
+    }
+}
+
+/// Energies of the half bonds from the nodes on, of one position: ½ k (n·η)², or ½ k |ξ|² s² with
+/// s = √(1+q) − 1 = q/(1 + √(1+q)). Component 0 of the output.
+///
+/// `coefficients.shared` as of [`Single`]; `own` holds ½ k or ½ k |ξ|², and nothing.
+pub struct Energy<'a, L: Lanes, const UNIFORM: bool, const FINITE: bool>(pub Positions<'a, L::T>);
+
+impl<L: Lanes, const UNIFORM: bool, const FINITE: bool> Kernel for Energy<'_, L, UNIFORM, FINITE> {
+    #[inline(always)]
+    unsafe fn run(self) {
+        let Positions { row, coefficients, j, out, .. } = self.0;
+        // SAFETY: the caller's contract.
+        unsafe {
+            let [u] = displacements::<L, 1>(row, j);
+            let zero = L::splat(L::T::default());
+            let one = L::splat(L::T::of(1.0));
+            let mut energy = zero;
+            for p in 0..row.plus.len() {
+                let plus = row.u.offset(*row.plus.get_unchecked(p)).add(j * L::N);
+                let constants = constants::<L, UNIFORM>(coefficients, p);
+                let mut eta = u;
+                for a in 0..3 {
+                    eta[a] = L::load(plus.add(a * row.slots)).sub(u[a]);
+                }
+                let bit = L::splat_word(*row.bit.get_unchecked(p));
+                let own = L::common(L::words(row.bits.add(j * L::N).offset(*row.own_bits.get_unchecked(p))), bit);
+                let [(mut measure, ..)] = bonds::<L, FINITE, 1>(&[eta], &constants);
+                if FINITE {
+                    let [root] = L::roots([one.add(measure)]);
+                    measure = measure.div(one.add(root));
+                }
+                energy = energy.add(constants.stiffness.mul_where(measure.mul(measure), own));
+            }
+            write(&[[energy, zero, zero]], j, out);
+        }
     }
 }
 

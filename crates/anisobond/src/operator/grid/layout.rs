@@ -30,6 +30,8 @@ pub struct Layout {
     /// Slots of each element of a row, its own first: `copies[first[e]..first[e + 1]]`.
     copies: Vec<u32>,
     first: Vec<u32>,
+    /// Place of each row along the second and third axis.
+    place: Vec<[u32; 2]>,
     /// Slots that repeat another, and that other.
     repeated: Vec<[u32; 2]>,
     /// Place along the second and third axis after wrapping, for −reach ≤ place < n + reach; [`NONE`] outside.
@@ -62,6 +64,7 @@ impl Layout {
             copies: vec![],
             first: vec![0],
             repeated: vec![],
+            place: (0..nodes[1] * nodes[2]).map(|row| [row % nodes[1], row / nodes[1]].map(|x| x as u32)).collect(),
             wrapped,
         };
         for e in 0..nodes[0] {
@@ -101,10 +104,10 @@ impl Layout {
         let at = |place: usize, offset: i32, axis: usize| {
             self.wrapped[axis - 1][(place as i64 + i64::from(offset) + self.reach[axis] as i64) as usize]
         };
-        let [_, n2, _] = self.nodes;
-        match (at(row % n2, dy, 1), at(row / n2, dz, 2)) {
+        let [y, z] = self.place[row];
+        match (at(y as usize, dy, 1), at(z as usize, dz, 2)) {
             (NONE, _) | (_, NONE) => self.rows(),
-            (y, z) => y as usize + n2 * z as usize,
+            (y, z) => y as usize + self.nodes[1] * z as usize,
         }
     }
 

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::build::GridBonds;
-use super::kernels::{Coefficients, Output, RowView, bit_of, linear, single};
+use super::kernels::{Coefficients, Energy, Linear, Output, Over, Positions, RowView, Single, bit_of};
 use super::lanes::{InstructionSet, Lanes};
 use super::law::{mean, threshold};
 use super::padded::Padded;
@@ -14,7 +14,7 @@ use crate::operator::Kinematics;
 /// Positions of a row that share the loads of a bond's constants: where bonds are taken in pairs, and one by one. A part
 /// of a row is never shorter.
 pub(super) const TOGETHER: usize = 4;
-pub(super) const TOGETHER_SINGLE: usize = 2;
+pub(super) const TOGETHER_SINGLE: usize = 1;
 
 /// How bonds respond in a pass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -47,11 +47,14 @@ pub struct Scratch<T: Real> {
     minus: Vec<isize>,
     own_bits: Vec<isize>,
     minus_bits: Vec<isize>,
+    /// Rows at +ξ and −ξ, by `HalfBonds::rows`.
+    rows: Vec<[isize; 2]>,
     /// Whether the offsets are those of interior rows, which are all alike.
     interior: bool,
     /// Constants of the mixture that was last used, in vectors.
     mixed: super::aligned::Aligned<T>,
     mixed_of: u32,
+    over: Over,
 }
 
 /// Constants of all stencils, made once per pass.
@@ -106,7 +109,7 @@ impl<T: Real> GridBonds<T> {
     ) -> (Vec<R>, Vec<Event>) {
         assert!(std::sync::Arc::ptr_eq(&u.layout, &self.layout), "displacements of other bonds");
         let n = self.row_nodes();
-        let tables = self.tables(law);
+        let tables = self.tables(law, Wanted::Forces);
         let pulls = self.nodal_pulls(u);
         let [x, y, z] = fields;
         let rows = x.par_chunks_mut(n).zip(y.par_chunks_mut(n)).zip(z.par_chunks_mut(n));
@@ -118,7 +121,11 @@ impl<T: Real> GridBonds<T> {
                 |scratch, (row, ((x, y), z))| {
                     let mut events = Vec::new();
                     self.aim(row, scratch);
-                    T::row(&Task { bonds: self, u, law, tables: &tables, row }, scratch, &mut events);
+                    T::row(
+                        &Task { bonds: self, u, law, tables: &tables, row, wanted: Wanted::Forces },
+                        scratch,
+                        &mut events,
+                    );
                     if let Some(pulls) = &pulls {
                         for e in 0..n {
                             let force = self.nodal_force(pulls, row * n + e);
@@ -143,7 +150,27 @@ impl<T: Real> GridBonds<T> {
         (results, events)
     }
 
-    pub(super) fn scratch(&self) -> Scratch<T> {
+    /// Energy (J) of the bonds without nodal terms, summed in f64 by nodes and rows in their order.
+    pub(super) fn bonds_energy(&self, u: &Padded<T>, kinematics: Kinematics) -> f64 {
+        let law = Law { kinematics, breaking: false };
+        let tables = self.tables(law, Wanted::Energy);
+        let rows: Vec<f64> = (0..self.layout.rows())
+            .into_par_iter()
+            .with_min_len(8)
+            .map_init(
+                || self.scratch(),
+                |scratch, row| {
+                    self.aim(row, scratch);
+                    let task = Task { bonds: self, u, law, tables: &tables, row, wanted: Wanted::Energy };
+                    T::row(&task, scratch, &mut Vec::new());
+                    scratch.natural[0].iter().map(|e| e.f64()).sum()
+                },
+            )
+            .collect();
+        rows.iter().sum()
+    }
+
+    fn scratch(&self) -> Scratch<T> {
         let (layout, half) = (&self.layout, self.half.len());
         Scratch {
             block: super::aligned::Aligned::zeros(3 * layout.length * layout.lanes),
@@ -152,9 +179,11 @@ impl<T: Real> GridBonds<T> {
             minus: vec![0; half],
             own_bits: vec![0; half],
             minus_bits: vec![0; half],
+            rows: Vec::new(),
             interior: false,
             mixed: super::aligned::Aligned::zeros(4 * half * layout.lanes),
             mixed_of: 0,
+            over: Over { list: vec![(0, 0, 0); half * TOGETHER_SINGLE + 1], count: 0 },
         }
     }
 
@@ -163,9 +192,9 @@ impl<T: Real> GridBonds<T> {
         law == Law { kinematics: Kinematics::Linear, breaking: false }
     }
 
-    pub(super) fn tables(&self, law: Law) -> Tables<T> {
+    fn tables(&self, law: Law, wanted: Wanted) -> Tables<T> {
         let (half, bonds) = (&self.half, self.half.bonds);
-        let paired = Self::paired(law);
+        let paired = wanted == Wanted::Forces && Self::paired(law);
         let finite = law.kinematics == Kinematics::Finite;
         let mut shared = Vec::new();
         for p in (0..half.len()).filter(|_| !paired) {
@@ -184,6 +213,9 @@ impl<T: Real> GridBonds<T> {
                     own.extend(half.xi[p].normalize().iter().map(|n| T::of(root * n)));
                     own.push(T::of(k.f64().signum()));
                     signed[s] |= k < T::default();
+                } else if wanted == Wanted::Energy {
+                    let square = if finite { half.xi[p].norm_squared() } else { 1.0 };
+                    own.extend([T::of(0.5 * k.f64() * square), T::default()]);
                 } else {
                     let limit = threshold(finite, of(&self.critical), half.length.slice()[p]);
                     own.extend([k, if law.breaking { limit } else { T::of(f64::INFINITY) }]);
@@ -203,13 +235,18 @@ impl<T: Real> GridBonds<T> {
         }
         scratch.interior = interior;
         let slots = layout.slots as isize;
+        scratch.rows.clear();
+        scratch.rows.extend(
+            self.half.rows.iter().map(|&[dy, dz]| {
+                [[dy, dz], [-dy, -dz]].map(|offset| layout.row_at(row, offset) as isize - row as isize)
+            }),
+        );
+        let words = self.words as isize;
         for p in 0..self.half.len() {
-            let [dx, dy, dz] = self.half.offset[p];
-            let rows = |offset| layout.row_at(row, offset) as isize - row as isize;
-            let (plus, minus) = (rows([dy, dz]), rows([-dy, -dz]));
-            let along = dx as isize * layout.lanes as isize;
+            let [plus, minus] = scratch.rows[self.half.row_of[p]];
+            let along = self.half.offset[p][0] as isize * layout.lanes as isize;
             let (word, _) = bit_of::<T::Word>(self.half.full[p], self.half.bonds / 2);
-            let (word, words) = (word as isize, self.words as isize);
+            let word = word as isize;
             scratch.plus[p] = plus * 3 * slots + along;
             scratch.minus[p] = minus * 3 * slots - along;
             scratch.own_bits[p] = word * slots;
@@ -246,6 +283,14 @@ impl<T: Real> GridBonds<T> {
     }
 }
 
+/// What a pass is after.
+#[derive(Clone, Copy, PartialEq)]
+enum Wanted {
+    Forces,
+    /// Of the half bonds from each node on, as the first component.
+    Energy,
+}
+
 /// A row to be done.
 pub struct Task<'a, T: Real> {
     bonds: &'a GridBonds<T>,
@@ -253,6 +298,7 @@ pub struct Task<'a, T: Real> {
     law: Law,
     tables: &'a Tables<T>,
     row: usize,
+    wanted: Wanted,
 }
 
 /// Forces of one row, in natural order in `scratch.natural`, and the bonds that break; `aim` has been at the row.
@@ -293,7 +339,8 @@ unsafe fn row_avx2<T: Real>(task: &Task<T>, scratch: &mut Scratch<T>, events: &m
 unsafe fn row_in<T: Real, L: Lanes<T = T>>(task: &Task<T>, scratch: &mut Scratch<T>, events: &mut Vec<Event>) {
     let Task { bonds, law, row, .. } = *task;
     let layout = &*bonds.layout;
-    let together = if GridBonds::<T>::paired(law) { TOGETHER } else { TOGETHER_SINGLE };
+    let together =
+        if task.wanted == Wanted::Forces && GridBonds::<T>::paired(law) { TOGETHER } else { TOGETHER_SINGLE };
     let mixtures = &bonds.mixture[row * layout.length..(row + 1) * layout.length];
     let mut j = 0;
     while j < layout.length {
@@ -315,6 +362,11 @@ unsafe fn row_in<T: Real, L: Lanes<T = T>>(task: &Task<T>, scratch: &mut Scratch
     let range = bonds.special_from[row] as usize..bonds.special_from[row + 1] as usize;
     for &node in &bonds.special[range] {
         let e = node as usize % bonds.row_nodes();
+        if task.wanted == Wanted::Energy {
+            let of = |p| bonds.bond_energy(task.u, law.kinematics, node as usize, p);
+            scratch.natural[0][e] = T::of((0..bonds.half.len()).map(of).sum());
+            continue;
+        }
         // SAFETY: the machine has the instruction set.
         let f = unsafe { bonds.special_force::<L>(task.u, law, row, e, events) };
         for (to, f) in scratch.natural.iter_mut().zip(f) {
@@ -337,7 +389,7 @@ unsafe fn positions<T: Real, L: Lanes<T = T>>(
     scratch: &mut Scratch<T>,
     events: &mut Vec<Event>,
 ) {
-    let Task { bonds, u, law, tables, row } = *task;
+    let Task { bonds, u, law, tables, row, .. } = *task;
     let layout = &*bonds.layout;
     let uniform = bonds.mixtures[mixture as usize - 1].uniform();
     if uniform.is_none() {
@@ -370,34 +422,29 @@ unsafe fn positions<T: Real, L: Lanes<T = T>>(
     let start = wanted.start.min(layout.length - together);
     let whole = bonds.whole[row * layout.length..][wanted.clone()].iter().all(|&w| w);
     let out = Output { to: scratch.block.slice_mut().as_mut_ptr(), length: layout.length, wanted: wanted.clone() };
-    let told = |p: usize, jj: usize, lanes: u32| {
-        if wanted.contains(&(start + jj)) {
-            bonds.record(row, start + jj, p, lanes, events);
-        }
-    };
+    scratch.over.count = 0;
+    let at = Positions { row: &view, coefficients: &coefficients, j: start, out: &out, over: &mut scratch.over };
     // SAFETY: positions start … start + together − 1 are in the row, whose offsets `aim` made for this layout.
     unsafe {
-        let (view, coefficients) = (&view, &coefficients);
-        match (law.kinematics, law.breaking, uniform.is_some(), whole) {
-            (Kinematics::Linear, false, true, true) if signed => {
-                linear::<L, true, false, true>(view, coefficients, start, &out)
-            }
-            (Kinematics::Linear, false, true, true) => linear::<L, true, false, false>(view, coefficients, start, &out),
-            (Kinematics::Linear, false, true, false) => linear::<L, true, true, true>(view, coefficients, start, &out),
-            (Kinematics::Linear, false, false, _) => linear::<L, false, true, true>(view, coefficients, start, &out),
-            (Kinematics::Linear, true, true, _) => {
-                single::<L, true, true, false>(view, coefficients, start, &out, told)
-            }
-            (Kinematics::Linear, true, false, _) => {
-                single::<L, false, true, false>(view, coefficients, start, &out, told)
-            }
-            (Kinematics::Finite, _, true, true) => {
-                single::<L, true, false, true>(view, coefficients, start, &out, told)
-            }
-            (Kinematics::Finite, _, true, false) => {
-                single::<L, true, true, true>(view, coefficients, start, &out, told)
-            }
-            (Kinematics::Finite, _, false, _) => single::<L, false, true, true>(view, coefficients, start, &out, told),
+        match (task.wanted, law.kinematics, uniform.is_some()) {
+            (Wanted::Energy, Kinematics::Linear, true) => L::run(Energy::<L, true, false>(at)),
+            (Wanted::Energy, Kinematics::Linear, false) => L::run(Energy::<L, false, false>(at)),
+            (Wanted::Energy, Kinematics::Finite, true) => L::run(Energy::<L, true, true>(at)),
+            (Wanted::Energy, Kinematics::Finite, false) => L::run(Energy::<L, false, true>(at)),
+            (Wanted::Forces, Kinematics::Linear, true) if law.breaking => L::run(Single::<L, true, true, false>(at)),
+            (Wanted::Forces, Kinematics::Linear, false) if law.breaking => L::run(Single::<L, false, true, false>(at)),
+            (Wanted::Forces, Kinematics::Linear, true) if !whole => L::run(Linear::<L, true, true, true>(at)),
+            (Wanted::Forces, Kinematics::Linear, true) if signed => L::run(Linear::<L, true, false, true>(at)),
+            (Wanted::Forces, Kinematics::Linear, true) => L::run(Linear::<L, true, false, false>(at)),
+            (Wanted::Forces, Kinematics::Linear, false) => L::run(Linear::<L, false, true, true>(at)),
+            (Wanted::Forces, Kinematics::Finite, true) if whole => L::run(Single::<L, true, false, true>(at)),
+            (Wanted::Forces, Kinematics::Finite, true) => L::run(Single::<L, true, true, true>(at)),
+            (Wanted::Forces, Kinematics::Finite, false) => L::run(Single::<L, false, true, true>(at)),
+        }
+    }
+    for &(p, j, lanes) in &scratch.over.list[..scratch.over.count] {
+        if wanted.contains(&(j as usize)) {
+            bonds.record(row, j as usize, p as usize, lanes, events);
         }
     }
 }
