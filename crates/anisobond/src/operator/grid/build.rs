@@ -33,6 +33,8 @@ pub struct GridBonds<T: Real = f64> {
     /// Stencil of each node; 0 is none.
     pub(super) stencil: Vec<u16>,
     pub(super) stencils: Vec<Stencil>,
+    /// Whether the grid has no empty place.
+    pub(super) full: bool,
     /// k (N/m) and s_c (–) by stencil and bond.
     pub(super) stiffness: Vec<T>,
     pub(super) critical: Vec<T>,
@@ -118,6 +120,7 @@ impl<T: Real> GridBonds<T> {
             special_from: vec![],
             scratch: Mutex::new(None),
             neighbourhood: neighbourhood.clone(),
+            full: stencil.iter().all(|&s| s > 0),
             body,
             set,
             layout,

@@ -4,30 +4,27 @@
 //! Neighbours at +ξ and −ξ are taken together; a few positions of a row share the loads of a bond's constants.
 
 use super::lanes::Lanes;
-use super::law::{Constants, bond};
+use super::law::{Constants, bonds};
 use super::real::{Real, Word};
-use super::stencil::Lane;
 use super::sweep::{TOGETHER, TOGETHER_SINGLE};
 
-/// What the kernels read of a row. Offsets count numbers (words) from the begin of all displacements (bits), to
-/// position 0, lane 0 of a row's first component.
+/// What the kernels read of a row. Offsets count numbers (words) from position 0, lane 0 of the row's first component
+/// (word); those of an interior row are the same for all interior rows.
 pub struct RowView<'a, T: Real> {
-    /// Displacements.
+    /// Displacements of the row, at position 0.
     pub u: *const T,
-    /// Bits of half bonds.
+    /// Bits of half bonds of the row, at position 0.
     pub bits: *const T::Word,
     /// Slots of a row, the distance of components and of words.
     pub slots: usize,
-    /// The row itself, in displacements.
-    pub own: usize,
     /// By half bond: nodes at +ξ.
-    pub plus: &'a [usize],
+    pub plus: &'a [isize],
     /// By half bond: nodes at −ξ.
-    pub minus: &'a [usize],
+    pub minus: &'a [isize],
     /// By half bond: the word of the node's own bit.
-    pub own_bits: &'a [usize],
+    pub own_bits: &'a [isize],
     /// By half bond: the word of the bit of the node at −ξ.
-    pub minus_bits: &'a [usize],
+    pub minus_bits: &'a [isize],
     /// By half bond: the bit in both.
     pub bit: &'a [T::Word],
     /// Ranges of half bonds by pattern of components.
@@ -42,6 +39,47 @@ pub struct Coefficients<'a, T: Real> {
     pub own: &'a [T],
 }
 
+/// A kernel at a few positions of a row, compiled as a function of its own, whose registers no other kernel shares.
+pub trait Kernel {
+    /// Do it.
+    ///
+    /// # Safety
+    /// As [`Lanes`]; all offsets of the row are valid for the positions from j on that are taken together; so is the output.
+    unsafe fn run(self);
+}
+
+/// Positions of a row from j on, their bonds and where results go.
+pub struct Positions<'a, T: Real> {
+    /// The row.
+    pub row: &'a RowView<'a, T>,
+    /// Constants of bonds.
+    pub coefficients: &'a Coefficients<'a, T>,
+    /// First position.
+    pub j: usize,
+    /// Forces, or energies.
+    pub out: &'a Output<T>,
+    /// Bonds that break.
+    pub over: &'a mut Over,
+}
+
+/// Bonds over their threshold at some positions.
+pub struct Over {
+    /// Half bond p, position and lanes as bits; room for every bond of every position and one more.
+    pub list: Vec<(u32, u32, u32)>,
+    /// Number of entries that count.
+    pub count: usize,
+}
+
+/// Where forces go: component a of position j is vector (a length + j) of `to`; only positions `wanted` are written.
+pub struct Output<T> {
+    /// The row's block of forces.
+    pub to: *mut T,
+    /// Positions of a row.
+    pub length: usize,
+    /// Positions that are written, of those that are taken together.
+    pub wanted: std::ops::Range<usize>,
+}
+
 /// The displacements of J positions of a row from j on. No closures here nor elsewhere in the kernels: they would not be
 /// compiled for the instruction set.
 #[inline(always)]
@@ -51,7 +89,7 @@ unsafe fn displacements<L: Lanes, const J: usize>(row: &RowView<L::T>, j: usize)
         let mut u = [[L::splat(L::T::default()); 3]; J];
         for jj in 0..J {
             for a in 0..3 {
-                u[jj][a] = L::load(row.u.add(row.own + a * row.slots + (j + jj) * L::N));
+                u[jj][a] = L::load(row.u.add(a * row.slots + (j + jj) * L::N));
             }
         }
         u
@@ -70,66 +108,81 @@ unsafe fn number<L: Lanes, const UNIFORM: bool>(from: &[L::T], place: usize) -> 
     }
 }
 
-/// Linear forces f = Σ k n (n·(u₊ + u₋ − 2u)) of some positions from j on, written to `out`. With bits, absent and broken bonds are left out: f = Σ k n (n·(b₊(u₊ − u) + b₋(u₋ − u))).
+/// Linear forces f = Σ k n (n·(u₊ + u₋ − 2u)) of some positions from j on. With bits, absent and broken bonds are left
+/// out: f = Σ k n (n·(b₊(u₊ − u) + b₋(u₋ − u))).
 ///
-/// `coefficients.shared` holds n, `own` holds k n.
-///
-/// # Safety
-/// As [`Lanes`]; all offsets of the row are valid, for positions up to j + TOGETHER − 1.
+/// `coefficients.own` holds √|k| n, and the sign of k, which is not read unless SIGNED.
+pub struct Linear<'a, L: Lanes, const UNIFORM: bool, const MASKED: bool, const SIGNED: bool>(pub Positions<'a, L::T>);
+
+impl<L: Lanes, const UNIFORM: bool, const MASKED: bool, const SIGNED: bool> Kernel
+    for Linear<'_, L, UNIFORM, MASKED, SIGNED>
+{
+    #[inline(always)]
+    unsafe fn run(self) {
+        let Positions { row, coefficients, j, out, .. } = self.0;
+        // SAFETY: the caller's contract.
+        unsafe { linear::<L, UNIFORM, MASKED, SIGNED>(row, coefficients, j, out) }
+    }
+}
+
 #[inline(always)]
-pub unsafe fn linear<L: Lanes, const UNIFORM: bool, const MASKED: bool>(
+unsafe fn linear<L: Lanes, const UNIFORM: bool, const MASKED: bool, const SIGNED: bool>(
     row: &RowView<L::T>,
     coefficients: &Coefficients<L::T>,
     j: usize,
-    out: &mut [[Lane<L::T>; 3]; TOGETHER],
+    out: &Output<L::T>,
 ) {
     // SAFETY: the caller's contract.
     unsafe {
-        let u = displacements::<L, TOGETHER>(row, j);
-        let mut centre = u;
+        let mut centre = displacements::<L, TOGETHER>(row, j);
         if !MASKED {
             for jj in 0..TOGETHER {
                 for a in 0..3 {
-                    centre[jj][a] = u[jj][a].add(u[jj][a]);
+                    centre[jj][a] = centre[jj][a].add(centre[jj][a]);
                 }
             }
         }
         let mut f = [[L::splat(L::T::default()); 3]; TOGETHER];
-        if MASKED || !UNIFORM {
-            let all = 0..row.plus.len();
-            part::<L, UNIFORM, MASKED, true, true, true>(row, coefficients, all, j, &centre, &mut f);
-        } else {
-            for (pattern, range) in row.patterns {
-                let range = range.clone();
-                match pattern {
-                    1 => part::<L, UNIFORM, MASKED, true, false, false>(row, coefficients, range, j, &centre, &mut f),
-                    2 => part::<L, UNIFORM, MASKED, false, true, false>(row, coefficients, range, j, &centre, &mut f),
-                    3 => part::<L, UNIFORM, MASKED, true, true, false>(row, coefficients, range, j, &centre, &mut f),
-                    4 => part::<L, UNIFORM, MASKED, false, false, true>(row, coefficients, range, j, &centre, &mut f),
-                    5 => part::<L, UNIFORM, MASKED, true, false, true>(row, coefficients, range, j, &centre, &mut f),
-                    6 => part::<L, UNIFORM, MASKED, false, true, true>(row, coefficients, range, j, &centre, &mut f),
-                    _ => part::<L, UNIFORM, MASKED, true, true, true>(row, coefficients, range, j, &centre, &mut f),
-                }
+        for (pattern, range) in row.patterns {
+            let (r, c) = (range.clone(), coefficients);
+            match pattern {
+                1 => part::<L, UNIFORM, MASKED, SIGNED, true, false, false>(row, c, r, j, &centre, &mut f),
+                2 => part::<L, UNIFORM, MASKED, SIGNED, false, true, false>(row, c, r, j, &centre, &mut f),
+                3 => part::<L, UNIFORM, MASKED, SIGNED, true, true, false>(row, c, r, j, &centre, &mut f),
+                4 => part::<L, UNIFORM, MASKED, SIGNED, false, false, true>(row, c, r, j, &centre, &mut f),
+                5 => part::<L, UNIFORM, MASKED, SIGNED, true, false, true>(row, c, r, j, &centre, &mut f),
+                6 => part::<L, UNIFORM, MASKED, SIGNED, false, true, true>(row, c, r, j, &centre, &mut f),
+                _ => part::<L, UNIFORM, MASKED, SIGNED, true, true, true>(row, c, r, j, &centre, &mut f),
             }
         }
-        write(&f, out);
+        write(&f, j, out);
     }
 }
 
 /// Vectors to memory.
 #[inline(always)]
-unsafe fn write<L: Lanes, const J: usize>(f: &[[L; 3]; J], out: &mut [[Lane<L::T>; 3]; TOGETHER]) {
+unsafe fn write<L: Lanes, const J: usize>(f: &[[L; 3]; J], j: usize, out: &Output<L::T>) {
     for jj in 0..J {
-        for a in 0..3 {
-            // SAFETY: aligned, and as long as the widest vector.
-            unsafe { f[jj][a].store(out[jj][a].0.as_mut_ptr()) };
+        if j + jj >= out.wanted.start && j + jj < out.wanted.end {
+            for a in 0..3 {
+                // SAFETY: the caller's contract.
+                unsafe { f[jj][a].store(out.to.add((a * out.length + j + jj) * L::N)) };
+            }
         }
     }
 }
 
 /// The bonds of one pattern: components of n that are zero are not read.
 #[inline(always)]
-unsafe fn part<L: Lanes, const UNIFORM: bool, const MASKED: bool, const X: bool, const Y: bool, const Z: bool>(
+unsafe fn part<
+    L: Lanes,
+    const UNIFORM: bool,
+    const MASKED: bool,
+    const SIGNED: bool,
+    const X: bool,
+    const Y: bool,
+    const Z: bool,
+>(
     row: &RowView<L::T>,
     coefficients: &Coefficients<L::T>,
     range: std::ops::Range<usize>,
@@ -141,49 +194,54 @@ unsafe fn part<L: Lanes, const UNIFORM: bool, const MASKED: bool, const X: bool,
     // SAFETY: the caller's contract.
     unsafe {
         let zero = L::splat(L::T::default());
+        let u = row.u.add(j * L::N);
+        let bits = row.bits.add(j * L::N);
         for p in range {
-            let plus = row.u.add(row.plus.get_unchecked(p) + j * L::N);
-            let minus = row.u.add(row.minus.get_unchecked(p) + j * L::N);
-            let mut n = [zero; 3];
-            let mut kn = [zero; 3];
+            let plus = u.offset(*row.plus.get_unchecked(p));
+            let minus = u.offset(*row.minus.get_unchecked(p));
+            let mut m = [zero; 3];
             for a in 0..3 {
                 if used[a] {
-                    n[a] = number::<L, true>(coefficients.shared, 3 * p + a);
-                    kn[a] = number::<L, UNIFORM>(coefficients.own, 3 * p + a);
+                    m[a] = number::<L, UNIFORM>(coefficients.own, 4 * p + a);
                 }
+            }
+            let mut sign = zero;
+            if SIGNED {
+                sign = number::<L, UNIFORM>(coefficients.own, 4 * p + 3);
             }
             for jj in 0..TOGETHER {
                 let at = jj * L::N;
                 let (mut here, mut there) = (None, None);
                 if MASKED {
                     let bit = L::splat_word(*row.bit.get_unchecked(p));
-                    let own = row.bits.add(row.own_bits.get_unchecked(p) + j * L::N + at);
-                    let other = row.bits.add(row.minus_bits.get_unchecked(p) + j * L::N + at);
-                    here = Some(L::common(L::words(own), bit));
-                    there = Some(L::common(L::words(other), bit));
+                    here = Some(L::common(L::words(bits.offset(*row.own_bits.get_unchecked(p)).add(at)), bit));
+                    there = Some(L::common(L::words(bits.offset(*row.minus_bits.get_unchecked(p)).add(at)), bit));
                 }
-                // −n·(u₊ + u₋ − 2u): the differences are formed before anything is summed, so that a rigid translation
-                // costs nothing exactly.
+                // −√|k| n·(u₊ + u₋ − 2u): the differences are formed before anything is summed, so that a rigid
+                // translation costs nothing exactly.
                 let mut stretch: Option<L> = None;
                 for a in 0..3 {
                     if used[a] {
                         let (up, um) = (L::load(plus.add(a * row.slots + at)), L::load(minus.add(a * row.slots + at)));
                         let r = match (here, there) {
                             (Some(here), Some(there)) => {
-                                centre[jj][a].sub(up).keep(here).add(centre[jj][a].sub(um).keep(there))
+                                centre[jj][a].sub_where(up, here).add(centre[jj][a].sub_where(um, there))
                             }
                             _ => centre[jj][a].sub(up).sub(um),
                         };
                         stretch = Some(match stretch {
-                            None => n[a].mul(r),
-                            Some(sum) => n[a].mul_add(r, sum),
+                            None => m[a].mul(r),
+                            Some(sum) => m[a].mul_add(r, sum),
                         });
                     }
                 }
-                if let Some(stretch) = stretch {
+                if let Some(mut stretch) = stretch {
+                    if SIGNED {
+                        stretch = stretch.mul(sign);
+                    }
                     for a in 0..3 {
                         if used[a] {
-                            f[jj][a] = kn[a].neg_mul_add(stretch, f[jj][a]);
+                            f[jj][a] = m[a].neg_mul_add(stretch, f[jj][a]);
                         }
                     }
                 }
@@ -192,69 +250,117 @@ unsafe fn part<L: Lanes, const UNIFORM: bool, const MASKED: bool, const X: bool,
     }
 }
 
-/// Forces of some positions from j on with every bond on its own, because it may break or turns: linear or finite.
-/// `broken(p, jj, lanes)` is told the half bonds p, from the node on, that break now, as bits of lanes.
+/// Forces of some positions from j on with every bond on its own, because it may break or turns: linear or finite. The
+/// half bonds, from the node on, that break now are written to `over`, without a branch.
 ///
 /// `coefficients.shared` holds n or ξ, and 1/|ξ|²; `own` holds k and the threshold.
-///
-/// # Safety
-/// As [`linear`].
-#[inline(always)]
-pub unsafe fn single<L: Lanes, const UNIFORM: bool, const MASKED: bool, const FINITE: bool>(
-    row: &RowView<L::T>,
-    coefficients: &Coefficients<L::T>,
-    j: usize,
-    out: &mut [[Lane<L::T>; 3]; TOGETHER],
-    mut broken: impl FnMut(usize, usize, u32),
-) {
-    // SAFETY: the caller's contract.
-    unsafe {
-        let u = displacements::<L, TOGETHER_SINGLE>(row, j);
-        let mut f = [[L::splat(L::T::default()); 3]; TOGETHER_SINGLE];
-        for p in 0..row.plus.len() {
-            let plus = row.u.add(row.plus.get_unchecked(p) + j * L::N);
-            let minus = row.u.add(row.minus.get_unchecked(p) + j * L::N);
-            let constants = Constants {
-                branch: [
-                    number::<L, true>(coefficients.shared, 4 * p),
-                    number::<L, true>(coefficients.shared, 4 * p + 1),
-                    number::<L, true>(coefficients.shared, 4 * p + 2),
-                ],
-                per_square: number::<L, true>(coefficients.shared, 4 * p + 3),
-                stiffness: number::<L, UNIFORM>(coefficients.own, 2 * p),
-            };
-            let threshold = number::<L, UNIFORM>(coefficients.own, 2 * p + 1);
-            for jj in 0..TOGETHER_SINGLE {
-                let at = jj * L::N;
-                // The bond at −ξ is seen from its other end: the same numbers there and here.
-                let (mut there, mut here) = (u[jj], u[jj]);
-                for a in 0..3 {
-                    there[a] = L::load(plus.add(a * row.slots + at)).sub(u[jj][a]);
-                    here[a] = u[jj][a].sub(L::load(minus.add(a * row.slots + at)));
-                }
-                let (measure_plus, to_plus, mut pull_plus) = bond::<L, FINITE>(&there, &constants);
-                let (measure_minus, to_minus, mut pull_minus) = bond::<L, FINITE>(&here, &constants);
-                if MASKED {
-                    let bit = L::splat_word(*row.bit.get_unchecked(p));
-                    let own = L::words(row.bits.add(row.own_bits.get_unchecked(p) + j * L::N + at));
-                    let other = L::words(row.bits.add(row.minus_bits.get_unchecked(p) + j * L::N + at));
-                    pull_plus = pull_plus.keep(L::common(own, bit));
-                    pull_minus = pull_minus.keep(L::common(other, bit));
-                }
-                let (over_plus, over_minus) = (measure_plus.above(threshold), measure_minus.above(threshold));
-                if L::bits(over_plus) | L::bits(over_minus) != 0 {
-                    // Broken before or absent: without force already, and the bits say so to whoever keeps count.
-                    pull_plus = pull_plus.keep(L::but_not(L::mask(u32::MAX), over_plus));
-                    pull_minus = pull_minus.keep(L::but_not(L::mask(u32::MAX), over_minus));
-                    broken(p, jj, L::bits(over_plus));
-                }
-                for a in 0..3 {
-                    f[jj][a] = pull_plus.mul_add(to_plus[a], f[jj][a]);
-                    f[jj][a] = pull_minus.neg_mul_add(to_minus[a], f[jj][a]);
+pub struct Single<'a, L: Lanes, const UNIFORM: bool, const MASKED: bool, const FINITE: bool>(pub Positions<'a, L::T>);
+
+impl<L: Lanes, const UNIFORM: bool, const MASKED: bool, const FINITE: bool> Kernel
+    for Single<'_, L, UNIFORM, MASKED, FINITE>
+{
+    #[inline(always)]
+    unsafe fn run(self) {
+        let Positions { row, coefficients, j, out, over } = self.0;
+        // SAFETY: the caller's contract.
+        unsafe {
+            let u = displacements::<L, TOGETHER_SINGLE>(row, j);
+            let mut f = [[L::splat(L::T::default()); 3]; TOGETHER_SINGLE];
+            let list = over.list.as_mut_ptr();
+            let mut count = 0;
+            for p in 0..row.plus.len() {
+                let plus = row.u.offset(*row.plus.get_unchecked(p)).add(j * L::N);
+                let minus = row.u.offset(*row.minus.get_unchecked(p)).add(j * L::N);
+                let constants = constants::<L, UNIFORM>(coefficients, p);
+                let threshold = number::<L, UNIFORM>(coefficients.own, 2 * p + 1);
+                for jj in 0..TOGETHER_SINGLE {
+                    let at = jj * L::N;
+                    // The bond at −ξ is seen from its other end: the same numbers there and here.
+                    let (mut there, mut here) = (u[jj], u[jj]);
+                    for a in 0..3 {
+                        there[a] = L::load(plus.add(a * row.slots + at)).sub(u[jj][a]);
+                        here[a] = u[jj][a].sub(L::load(minus.add(a * row.slots + at)));
+                    }
+                    let (mut own, mut other) = (L::mask(u32::MAX), L::mask(u32::MAX));
+                    if MASKED {
+                        let bit = L::splat_word(*row.bit.get_unchecked(p));
+                        let bits = row.bits.add(j * L::N + at);
+                        own = L::common(L::words(bits.offset(*row.own_bits.get_unchecked(p))), bit);
+                        other = L::common(L::words(bits.offset(*row.minus_bits.get_unchecked(p))), bit);
+                    }
+                    let [ahead, behind] = bonds::<L, FINITE, 2>(&[there, here], &constants);
+                    let (measure, to, factor) = ahead;
+                    let breaks = L::both(own, measure.above(threshold));
+                    let pull = constants.stiffness.mul_where(factor, L::but_not(own, breaks));
+                    for a in 0..3 {
+                        f[jj][a] = pull.mul_add(to[a], f[jj][a]);
+                    }
+                    *list.add(count) = (p as u32, (j + jj) as u32, L::bits(breaks));
+                    count += usize::from(L::bits(breaks) != 0);
+                    let (measure, to, factor) = behind;
+                    let pull = constants.stiffness.mul_where(factor, L::but_not(other, measure.above(threshold)));
+                    for a in 0..3 {
+                        f[jj][a] = pull.neg_mul_add(to[a], f[jj][a]);
+                    }
                 }
             }
+            over.count = count;
+            write(&f, j, out);
         }
-        write(&f, out);
+    }
+}
+
+/// Constants of half bond p.
+#[inline(always)]
+unsafe fn constants<L: Lanes, const UNIFORM: bool>(from: &Coefficients<L::T>, p: usize) -> Constants<L> {
+    // SAFETY: the caller's contract.
+    unsafe {
+        Constants {
+            branch: [
+                number::<L, true>(from.shared, 4 * p),
+                number::<L, true>(from.shared, 4 * p + 1),
+                number::<L, true>(from.shared, 4 * p + 2),
+            ],
+            per_square: number::<L, true>(from.shared, 4 * p + 3),
+            stiffness: number::<L, UNIFORM>(from.own, 2 * p),
+        }
+    }
+}
+
+/// Energies of the half bonds from the nodes on, of one position: ½ k (n·η)², or ½ k |ξ|² s² with
+/// s = √(1+q) − 1 = q/(1 + √(1+q)). Component 0 of the output.
+///
+/// `coefficients.shared` as of [`Single`]; `own` holds ½ k or ½ k |ξ|², and nothing.
+pub struct Energy<'a, L: Lanes, const UNIFORM: bool, const FINITE: bool>(pub Positions<'a, L::T>);
+
+impl<L: Lanes, const UNIFORM: bool, const FINITE: bool> Kernel for Energy<'_, L, UNIFORM, FINITE> {
+    #[inline(always)]
+    unsafe fn run(self) {
+        let Positions { row, coefficients, j, out, .. } = self.0;
+        // SAFETY: the caller's contract.
+        unsafe {
+            let [u] = displacements::<L, 1>(row, j);
+            let zero = L::splat(L::T::default());
+            let one = L::splat(L::T::of(1.0));
+            let mut energy = zero;
+            for p in 0..row.plus.len() {
+                let plus = row.u.offset(*row.plus.get_unchecked(p)).add(j * L::N);
+                let constants = constants::<L, UNIFORM>(coefficients, p);
+                let mut eta = u;
+                for a in 0..3 {
+                    eta[a] = L::load(plus.add(a * row.slots)).sub(u[a]);
+                }
+                let bit = L::splat_word(*row.bit.get_unchecked(p));
+                let own = L::common(L::words(row.bits.add(j * L::N).offset(*row.own_bits.get_unchecked(p))), bit);
+                let [(mut measure, ..)] = bonds::<L, FINITE, 1>(&[eta], &constants);
+                if FINITE {
+                    let [root] = L::roots([one.add(measure)]);
+                    measure = measure.div(one.add(root));
+                }
+                energy = energy.add(constants.stiffness.mul_where(measure.mul(measure), own));
+            }
+            write(&[[energy, zero, zero]], j, out);
+        }
     }
 }
 

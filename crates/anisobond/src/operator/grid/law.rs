@@ -25,28 +25,60 @@ pub struct Constants<L> {
     pub stiffness: L,
 }
 
-/// A bond's measure of stretch, which is compared with [`threshold`], and the direction and factor of its force:
-/// linear n·η, n, k n·η (P eqs 14-15);
-/// finite q = (|ξ+η|² − |ξ|²)/|ξ|², ξ+η, k (1 − |ξ|/|ξ+η|) (P eq 5), with 1 − 1/√(1+q) = q/(1 + q + √(1+q)), in which
+/// Measure of stretch, direction and factor of the force of a bond.
+pub type Pull<L> = (L, [L; 3], L);
+
+/// A bond's measure of stretch, which is compared with [`threshold`], and the direction and factor of its force, without k:
+/// linear n·η, n, n·η (P eqs 14-15);
+/// finite q = (|ξ+η|² − |ξ|²)/|ξ|², ξ+η, 1 − |ξ|/|ξ+η| (P eq 5), with 1 − 1/√(1+q) = q/(1 + q + √(1+q)), in which
 /// nothing cancels.
+///
+/// Bonds are taken C at a time, step by step: their long chains of operations then overlap.
 ///
 /// # Safety
 /// As [`Lanes`].
 #[inline(always)]
-pub unsafe fn bond<L: Lanes, const FINITE: bool>(eta: &[L; 3], c: &Constants<L>) -> (L, [L; 3], L) {
+pub unsafe fn bonds<L: Lanes, const FINITE: bool, const C: usize>(
+    eta: &[[L; 3]; C],
+    constants: &Constants<L>,
+) -> [Pull<L>; C] {
     // SAFETY: the caller's contract.
     unsafe {
+        let branch = constants.branch;
+        let zero = L::splat(L::T::default());
+        let mut out = [(zero, branch, zero); C];
         if !FINITE {
-            let stretch = dot(eta, &c.branch);
-            return (stretch, c.branch, c.stiffness.mul(stretch));
+            for c in 0..C {
+                let stretch = dot(&eta[c], &branch);
+                out[c] = (stretch, branch, stretch);
+            }
+            return out;
         }
         let one = L::splat(L::T::of(1.0));
-        let to = [c.branch[0].add(eta[0]), c.branch[1].add(eta[1]), c.branch[2].add(eta[2])];
-        let sum = [to[0].add(c.branch[0]), to[1].add(c.branch[1]), to[2].add(c.branch[2])];
-        let q = dot(eta, &sum).mul(c.per_square);
-        let square = one.add(q);
-        let part = q.div(square.add(square.sqrt()));
-        (q, to, c.stiffness.mul(part))
+        let mut q = [zero; C];
+        for a in 0..3 {
+            for c in 0..C {
+                out[c].1[a] = branch[a].add(eta[c][a]);
+                let sum = out[c].1[a].add(branch[a]);
+                q[c] = if a == 0 { eta[c][a].mul(sum) } else { eta[c][a].mul_add(sum, q[c]) };
+            }
+        }
+        let mut square = q;
+        for c in 0..C {
+            q[c] = q[c].mul(constants.per_square);
+        }
+        for c in 0..C {
+            square[c] = one.add(q[c]);
+        }
+        let root = L::roots(square);
+        for c in 0..C {
+            square[c] = square[c].add(root[c]);
+        }
+        for c in 0..C {
+            out[c].0 = q[c];
+            out[c].2 = q[c].div(square[c]);
+        }
+        out
     }
 }
 

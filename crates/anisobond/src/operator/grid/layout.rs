@@ -30,6 +30,10 @@ pub struct Layout {
     /// Slots of each element of a row, its own first: `copies[first[e]..first[e + 1]]`.
     copies: Vec<u32>,
     first: Vec<u32>,
+    /// Place of each row along the second and third axis.
+    place: Vec<[u32; 2]>,
+    /// Slots that repeat another, and that other.
+    repeated: Vec<[u32; 2]>,
     /// Place along the second and third axis after wrapping, for −reach ≤ place < n + reach; [`NONE`] outside.
     wrapped: [Vec<u32>; 2],
 }
@@ -50,8 +54,19 @@ impl Layout {
         let wrapped = [1, 2].map(|axis| {
             (0..nodes[axis] + 2 * reach[axis]).map(|at| wrap(at as i64 - reach[axis] as i64, axis)).collect()
         });
-        let mut layout =
-            Layout { nodes, lanes, length, reach, slots, element, copies: vec![], first: vec![0], wrapped };
+        let mut layout = Layout {
+            nodes,
+            lanes,
+            length,
+            reach,
+            slots,
+            element,
+            copies: vec![],
+            first: vec![0],
+            repeated: vec![],
+            place: (0..nodes[1] * nodes[2]).map(|row| [row % nodes[1], row / nodes[1]].map(|x| x as u32)).collect(),
+            wrapped,
+        };
         for e in 0..nodes[0] {
             let own = layout.slot(e);
             layout.copies.push(own as u32);
@@ -59,6 +74,12 @@ impl Layout {
             layout.copies.extend(others.map(|s| s as u32));
             layout.first.push(layout.copies.len() as u32);
         }
+        for e in 0..nodes[0] {
+            let own = layout.slot(e) as u32;
+            let others: Vec<[u32; 2]> = layout.copies(e)[1..].iter().map(|&to| [to, own]).collect();
+            layout.repeated.extend(others);
+        }
+        layout.repeated.sort_unstable();
         layout
     }
 
@@ -83,39 +104,43 @@ impl Layout {
         let at = |place: usize, offset: i32, axis: usize| {
             self.wrapped[axis - 1][(place as i64 + i64::from(offset) + self.reach[axis] as i64) as usize]
         };
-        let [_, n2, _] = self.nodes;
-        match (at(row % n2, dy, 1), at(row / n2, dz, 2)) {
+        let [y, z] = self.place[row];
+        match (at(y as usize, dy, 1), at(z as usize, dz, 2)) {
             (NONE, _) | (_, NONE) => self.rows(),
-            (y, z) => y as usize + n2 * z as usize,
+            (y, z) => y as usize + self.nodes[1] * z as usize,
         }
     }
 
-    /// Fill the copies of a row's elements from their own slots; slots of no element become zero.
-    pub fn refresh<T: Copy + Default>(&self, row: &mut [T]) {
-        for e in 0..self.nodes[0] {
-            if let [own, others @ ..] = self.copies(e) {
-                let value = row[*own as usize];
-                for &slot in others {
-                    row[slot as usize] = value;
-                }
-            }
+    /// Whether all rows in reach of a row are in the grid, none of them through a periodic face.
+    pub fn interior(&self, row: usize) -> bool {
+        let [_, n2, n3] = self.nodes;
+        let within = |at: usize, n: usize, reach: usize| at >= reach && at + reach < n;
+        within(row % n2, n2, self.reach[1]) && within(row / n2, n3, self.reach[2])
+    }
+
+    /// Fill the copies of a row's elements from their own slots; slots of no element stay zero.
+    pub fn refresh<T: Copy>(&self, row: &mut [T]) {
+        for &[to, from] in &self.repeated {
+            row[to as usize] = row[from as usize];
         }
     }
 
     /// Write a row's elements, given in natural order, to all their slots.
     pub fn spread<T: Copy>(&self, natural: &[T], row: &mut [T]) {
-        for (to, &e) in row.iter_mut().zip(&self.element) {
-            if e != NONE {
-                *to = natural[e as usize];
+        let own = &mut row[self.reach[0] * self.lanes..];
+        for (lane, part) in natural.chunks(self.length).enumerate() {
+            for (to, &from) in own[lane..].iter_mut().step_by(self.lanes).zip(part) {
+                *to = from;
             }
         }
+        self.refresh(row);
     }
 
     /// Read a row's elements in natural order from a block of L·W slots without copies.
     pub fn collect<T: Copy>(&self, block: &[T], natural: &mut [T]) {
         for (lane, part) in natural.chunks_mut(self.length).enumerate() {
-            for (j, to) in part.iter_mut().enumerate() {
-                *to = block[j * self.lanes + lane];
+            for (to, &from) in part.iter_mut().zip(block[lane..].iter().step_by(self.lanes)) {
+                *to = from;
             }
         }
     }

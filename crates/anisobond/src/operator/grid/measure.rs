@@ -29,12 +29,16 @@ impl<T: Real> GridBonds<T> {
 
     /// Strain energy (J), summed by rows in their order.
     pub fn energy(&self, u: &Padded<T>, kinematics: Kinematics) -> f64 {
+        let bonds = self.bonds_energy(u, kinematics);
+        if !self.has_nodal_term() {
+            return bonds;
+        }
         let n = self.row_nodes();
         let rows: Vec<f64> = (0..self.layout.rows())
             .into_par_iter()
-            .map(|row| (row * n..(row + 1) * n).map(|node| self.node_state(u, kinematics, node).energy).sum())
+            .map(|row| (row * n..(row + 1) * n).map(|node| self.nodal_state(u, node).0).sum())
             .collect();
-        rows.iter().sum()
+        bonds + rows.iter().sum::<f64>()
     }
 
     /// Share of each node's original bonds that are broken or cut (–); zero where there is no node.
@@ -45,6 +49,9 @@ impl<T: Real> GridBonds<T> {
                 return 0.0;
             }
             let (row, e) = (node / n, node % n);
+            if self.whole[row * self.layout.length + e % self.layout.length] && !self.is_special(node) {
+                return 0.0;
+            }
             let ends = self.half.offset.iter().flat_map(|&offset| [offset, offset.map(|x| -x)]);
             let original = ends.filter(|&offset| self.node_at(row, e, offset).is_some()).count();
             if original == 0 { 0.0 } else { 1.0 - self.degree(row, e) as f64 / original as f64 }

@@ -2,7 +2,7 @@
 
 use super::build::GridBonds;
 use super::lanes::Lanes;
-use super::law::{Constants, bond, mean, threshold};
+use super::law::{Constants, bonds, mean, threshold};
 use super::padded::Padded;
 use super::real::Real;
 use super::stencil::Lane;
@@ -55,15 +55,15 @@ impl<T: Real> GridBonds<T> {
                     };
                     let [x, y, z] = &eta;
                     let eta = [L::load(x.0.as_ptr()), L::load(y.0.as_ptr()), L::load(z.0.as_ptr())];
-                    let (measure, to, pull) = match finite {
-                        true => bond::<L, true>(&eta, &constants),
-                        false => bond::<L, false>(&eta, &constants),
+                    let [(measure, to, factor)] = match finite {
+                        true => bonds::<L, true, 1>(&[eta], &constants),
+                        false => bonds::<L, false, 1>(&[eta], &constants),
                     };
                     let over = match law.breaking {
                         true => L::bits(measure.above(L::load(limit.0.as_ptr()))) & here,
                         false => 0,
                     };
-                    let pull = pull.keep(L::mask(here & !over));
+                    let pull = constants.stiffness.mul_where(factor, L::mask(here & !over));
                     ([pull.mul(to[0]), pull.mul(to[1]), pull.mul(to[2])], over)
                 };
                 for a in 0..3 {

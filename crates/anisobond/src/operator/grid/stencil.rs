@@ -86,6 +86,10 @@ pub struct HalfBonds<T: Real> {
     pub length: Aligned<T>,
     /// Ranges of bonds whose directions have the same components that are not zero; bit a of the pattern for component a.
     pub patterns: Vec<(u8, std::ops::Range<usize>)>,
+    /// Distinct offsets along the second and third axis, and which of them each bond has.
+    pub rows: Vec<[i32; 2]>,
+    /// See `rows`.
+    pub row_of: Vec<usize>,
     /// Bonds of the neighbourhood.
     pub bonds: usize,
     /// Reach along each axis.
@@ -123,6 +127,11 @@ impl<T: Real> HalfBonds<T> {
                 _ => patterns.push((pattern(b), p..p + 1)),
             }
         }
+        let row = |b: usize| [bonds[b].offset[1], bonds[b].offset[2]];
+        let mut rows: Vec<[i32; 2]> = full.iter().map(|&b| row(b)).collect();
+        rows.sort_unstable();
+        rows.dedup();
+        let row_of = full.iter().filter_map(|&b| rows.binary_search(&row(b)).ok()).collect();
         let padded = |value: &dyn Fn(&Vector3<f64>) -> f64| {
             let mut out = Aligned::zeros(full.len().next_multiple_of(MOST_LANES));
             for (to, &b) in out.slice_mut().iter_mut().zip(&full) {
@@ -138,6 +147,8 @@ impl<T: Real> HalfBonds<T> {
             per_square: padded(&|xi| 1.0 / xi.norm_squared()),
             length: padded(&|xi| xi.norm()),
             patterns,
+            rows,
+            row_of,
             bonds: bonds.len(),
             reach: [0, 1, 2].map(|a| bonds.iter().map(|b| b.offset[a].unsigned_abs() as usize).max().unwrap_or(0)),
             full,

@@ -3,18 +3,18 @@
 use rayon::prelude::*;
 
 use super::build::GridBonds;
-use super::kernels::{Coefficients, RowView, bit_of, linear, single};
+use super::kernels::{Coefficients, Energy, Linear, Output, Over, Positions, RowView, Single, bit_of};
 use super::lanes::{InstructionSet, Lanes};
 use super::law::{mean, threshold};
 use super::padded::Padded;
 use super::real::Real;
-use super::stencil::{Lane, MOST_LANES};
+use super::stencil::MOST_LANES;
 use crate::operator::Kinematics;
 
 /// Positions of a row that share the loads of a bond's constants: where bonds are taken in pairs, and one by one. A part
 /// of a row is never shorter.
 pub(super) const TOGETHER: usize = 4;
-pub(super) const TOGETHER_SINGLE: usize = 2;
+pub(super) const TOGETHER_SINGLE: usize = 1;
 
 /// How bonds respond in a pass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -43,13 +43,18 @@ pub struct Scratch<T: Real> {
     block: super::aligned::Aligned<T>,
     /// Forces of a row in natural order.
     pub natural: [Vec<T>; 3],
-    plus: Vec<usize>,
-    minus: Vec<usize>,
-    own_bits: Vec<usize>,
-    minus_bits: Vec<usize>,
+    plus: Vec<isize>,
+    minus: Vec<isize>,
+    own_bits: Vec<isize>,
+    minus_bits: Vec<isize>,
+    /// Rows at +ξ and −ξ, by `HalfBonds::rows`.
+    rows: Vec<[isize; 2]>,
+    /// Whether the offsets are those of interior rows, which are all alike.
+    interior: bool,
     /// Constants of the mixture that was last used, in vectors.
     mixed: super::aligned::Aligned<T>,
     mixed_of: u32,
+    over: Over,
 }
 
 /// Constants of all stencils, made once per pass.
@@ -59,6 +64,8 @@ pub struct Tables<T: Real> {
     /// By stencil: `per_bond` numbers per half bond.
     pub own: Vec<T>,
     pub per_bond: usize,
+    /// By stencil: whether any stiffness is negative.
+    pub signed: Vec<bool>,
     pub bit: Vec<T::Word>,
 }
 
@@ -102,7 +109,7 @@ impl<T: Real> GridBonds<T> {
     ) -> (Vec<R>, Vec<Event>) {
         assert!(std::sync::Arc::ptr_eq(&u.layout, &self.layout), "displacements of other bonds");
         let n = self.row_nodes();
-        let tables = self.tables(law);
+        let tables = self.tables(law, Wanted::Forces);
         let pulls = self.nodal_pulls(u);
         let [x, y, z] = fields;
         let rows = x.par_chunks_mut(n).zip(y.par_chunks_mut(n)).zip(z.par_chunks_mut(n));
@@ -114,7 +121,11 @@ impl<T: Real> GridBonds<T> {
                 |scratch, (row, ((x, y), z))| {
                     let mut events = Vec::new();
                     self.aim(row, scratch);
-                    T::row(&Task { bonds: self, u, law, tables: &tables, row }, scratch, &mut events);
+                    T::row(
+                        &Task { bonds: self, u, law, tables: &tables, row, wanted: Wanted::Forces },
+                        scratch,
+                        &mut events,
+                    );
                     if let Some(pulls) = &pulls {
                         for e in 0..n {
                             let force = self.nodal_force(pulls, row * n + e);
@@ -139,7 +150,27 @@ impl<T: Real> GridBonds<T> {
         (results, events)
     }
 
-    pub(super) fn scratch(&self) -> Scratch<T> {
+    /// Energy (J) of the bonds without nodal terms, summed in f64 by nodes and rows in their order.
+    pub(super) fn bonds_energy(&self, u: &Padded<T>, kinematics: Kinematics) -> f64 {
+        let law = Law { kinematics, breaking: false };
+        let tables = self.tables(law, Wanted::Energy);
+        let rows: Vec<f64> = (0..self.layout.rows())
+            .into_par_iter()
+            .with_min_len(8)
+            .map_init(
+                || self.scratch(),
+                |scratch, row| {
+                    self.aim(row, scratch);
+                    let task = Task { bonds: self, u, law, tables: &tables, row, wanted: Wanted::Energy };
+                    T::row(&task, scratch, &mut Vec::new());
+                    scratch.natural[0].iter().map(|e| e.f64()).sum()
+                },
+            )
+            .collect();
+        rows.iter().sum()
+    }
+
+    fn scratch(&self) -> Scratch<T> {
         let (layout, half) = (&self.layout, self.half.len());
         Scratch {
             block: super::aligned::Aligned::zeros(3 * layout.length * layout.lanes),
@@ -148,8 +179,11 @@ impl<T: Real> GridBonds<T> {
             minus: vec![0; half],
             own_bits: vec![0; half],
             minus_bits: vec![0; half],
-            mixed: super::aligned::Aligned::zeros(3 * half * layout.lanes),
+            rows: Vec::new(),
+            interior: false,
+            mixed: super::aligned::Aligned::zeros(4 * half * layout.lanes),
             mixed_of: 0,
+            over: Over { list: vec![(0, 0, 0); half * TOGETHER_SINGLE + 1], count: 0 },
         }
     }
 
@@ -158,26 +192,30 @@ impl<T: Real> GridBonds<T> {
         law == Law { kinematics: Kinematics::Linear, breaking: false }
     }
 
-    pub(super) fn tables(&self, law: Law) -> Tables<T> {
+    fn tables(&self, law: Law, wanted: Wanted) -> Tables<T> {
         let (half, bonds) = (&self.half, self.half.bonds);
-        let paired = Self::paired(law);
+        let paired = wanted == Wanted::Forces && Self::paired(law);
         let finite = law.kinematics == Kinematics::Finite;
         let mut shared = Vec::new();
-        for p in 0..half.len() {
+        for p in (0..half.len()).filter(|_| !paired) {
             let branch = if finite { &half.branch } else { &half.direction };
             shared.extend(branch.iter().map(|b| b.slice()[p]));
-            if !paired {
-                shared.push(half.per_square.slice()[p]);
-            }
+            shared.push(half.per_square.slice()[p]);
         }
         let mut own = Vec::new();
+        let mut signed = vec![false; self.stencils.len()];
         for s in 0..self.stencils.len() {
             for (p, &b) in half.full.iter().enumerate() {
                 let of = |values: &[T]| mean(values[s * bonds + b], values[s * bonds + half.opposite(b)]);
                 let k = of(&self.stiffness);
                 if paired {
-                    // k n rounded once, from the rounded k and n.
-                    own.extend(half.direction.iter().map(|n| k * n.slice()[p]));
+                    let root = k.f64().abs().sqrt();
+                    own.extend(half.xi[p].normalize().iter().map(|n| T::of(root * n)));
+                    own.push(T::of(k.f64().signum()));
+                    signed[s] |= k < T::default();
+                } else if wanted == Wanted::Energy {
+                    let square = if finite { half.xi[p].norm_squared() } else { 1.0 };
+                    own.extend([T::of(0.5 * k.f64() * square), T::default()]);
                 } else {
                     let limit = threshold(finite, of(&self.critical), half.length.slice()[p]);
                     own.extend([k, if law.breaking { limit } else { T::of(f64::INFINITY) }]);
@@ -185,23 +223,34 @@ impl<T: Real> GridBonds<T> {
             }
         }
         let bit = half.full.iter().map(|&b| bit_of::<T::Word>(b, bonds / 2).1).collect();
-        Tables { shared, own, per_bond: if paired { 3 } else { 2 }, bit }
+        Tables { shared, own, signed, per_bond: if paired { 4 } else { 2 }, bit }
     }
 
-    /// Offsets of neighbouring rows.
+    /// Offsets of neighbouring rows from a row.
     fn aim(&self, row: usize, scratch: &mut Scratch<T>) {
         let layout = &*self.layout;
+        let interior = layout.interior(row);
+        if interior && scratch.interior {
+            return;
+        }
+        scratch.interior = interior;
+        let slots = layout.slots as isize;
+        scratch.rows.clear();
+        scratch.rows.extend(
+            self.half.rows.iter().map(|&[dy, dz]| {
+                [[dy, dz], [-dy, -dz]].map(|offset| layout.row_at(row, offset) as isize - row as isize)
+            }),
+        );
+        let words = self.words as isize;
         for p in 0..self.half.len() {
-            let [dx, dy, dz] = self.half.offset[p];
-            let (plus, minus) = (layout.row_at(row, [dy, dz]), layout.row_at(row, [-dy, -dz]));
-            let centre = (layout.reach[0] * layout.lanes) as isize;
-            let along = dx as isize * layout.lanes as isize;
-            let (ahead, behind) = ((centre + along) as usize, (centre - along) as usize);
+            let [plus, minus] = scratch.rows[self.half.row_of[p]];
+            let along = self.half.offset[p][0] as isize * layout.lanes as isize;
             let (word, _) = bit_of::<T::Word>(self.half.full[p], self.half.bonds / 2);
-            scratch.plus[p] = plus * 3 * layout.slots + ahead;
-            scratch.minus[p] = minus * 3 * layout.slots + behind;
-            scratch.own_bits[p] = (row * self.words + word) * layout.slots + centre as usize;
-            scratch.minus_bits[p] = (minus * self.words + word) * layout.slots + behind;
+            let word = word as isize;
+            scratch.plus[p] = plus * 3 * slots + along;
+            scratch.minus[p] = minus * 3 * slots - along;
+            scratch.own_bits[p] = word * slots;
+            scratch.minus_bits[p] = (minus * words + word) * slots - along;
         }
     }
 
@@ -234,6 +283,14 @@ impl<T: Real> GridBonds<T> {
     }
 }
 
+/// What a pass is after.
+#[derive(Clone, Copy, PartialEq)]
+enum Wanted {
+    Forces,
+    /// Of the half bonds from each node on, as the first component.
+    Energy,
+}
+
 /// A row to be done.
 pub struct Task<'a, T: Real> {
     bonds: &'a GridBonds<T>,
@@ -241,6 +298,7 @@ pub struct Task<'a, T: Real> {
     law: Law,
     tables: &'a Tables<T>,
     row: usize,
+    wanted: Wanted,
 }
 
 /// Forces of one row, in natural order in `scratch.natural`, and the bonds that break; `aim` has been at the row.
@@ -281,7 +339,8 @@ unsafe fn row_avx2<T: Real>(task: &Task<T>, scratch: &mut Scratch<T>, events: &m
 unsafe fn row_in<T: Real, L: Lanes<T = T>>(task: &Task<T>, scratch: &mut Scratch<T>, events: &mut Vec<Event>) {
     let Task { bonds, law, row, .. } = *task;
     let layout = &*bonds.layout;
-    let together = if GridBonds::<T>::paired(law) { TOGETHER } else { TOGETHER_SINGLE };
+    let together =
+        if task.wanted == Wanted::Forces && GridBonds::<T>::paired(law) { TOGETHER } else { TOGETHER_SINGLE };
     let mixtures = &bonds.mixture[row * layout.length..(row + 1) * layout.length];
     let mut j = 0;
     while j < layout.length {
@@ -295,10 +354,19 @@ unsafe fn row_in<T: Real, L: Lanes<T = T>>(task: &Task<T>, scratch: &mut Scratch
         }
         j = end;
     }
-    collect(bonds, row, scratch);
+    match L::N {
+        4 => collect::<T, 4>(bonds, row, scratch),
+        8 => collect::<T, 8>(bonds, row, scratch),
+        _ => collect::<T, MOST_LANES>(bonds, row, scratch),
+    }
     let range = bonds.special_from[row] as usize..bonds.special_from[row + 1] as usize;
     for &node in &bonds.special[range] {
         let e = node as usize % bonds.row_nodes();
+        if task.wanted == Wanted::Energy {
+            let of = |p| bonds.bond_energy(task.u, law.kinematics, node as usize, p);
+            scratch.natural[0][e] = T::of((0..bonds.half.len()).map(of).sum());
+            continue;
+        }
         // SAFETY: the machine has the instruction set.
         let f = unsafe { bonds.special_force::<L>(task.u, law, row, e, events) };
         for (to, f) in scratch.natural.iter_mut().zip(f) {
@@ -321,7 +389,7 @@ unsafe fn positions<T: Real, L: Lanes<T = T>>(
     scratch: &mut Scratch<T>,
     events: &mut Vec<Event>,
 ) {
-    let Task { bonds, u, law, tables, row } = *task;
+    let Task { bonds, u, law, tables, row, .. } = *task;
     let layout = &*bonds.layout;
     let uniform = bonds.mixtures[mixture as usize - 1].uniform();
     if uniform.is_none() {
@@ -332,12 +400,18 @@ unsafe fn positions<T: Real, L: Lanes<T = T>>(
         Some(s) => &tables.own[(usize::from(s) - 1) * per_stencil..][..per_stencil],
         None => &scratch.mixed.slice()[..per_stencil * layout.lanes],
     };
+    let signed = uniform.is_some_and(|s| tables.signed[usize::from(s) - 1]);
     let coefficients = Coefficients { shared: &tables.shared, own };
+    let centre = layout.reach[0] * layout.lanes;
+    // SAFETY: the row is one of the body's.
+    let (own_u, own_bits) = unsafe {
+        let bits = bonds.bits.slice().as_ptr().add(row * bonds.words * layout.slots + centre);
+        (u.values.slice().as_ptr().add(row * 3 * layout.slots + centre), bits)
+    };
     let view = RowView {
-        u: u.values.slice().as_ptr(),
-        bits: bonds.bits.slice().as_ptr(),
+        u: own_u,
+        bits: own_bits,
         slots: layout.slots,
-        own: row * 3 * layout.slots + layout.reach[0] * layout.lanes,
         plus: &scratch.plus,
         minus: &scratch.minus,
         own_bits: &scratch.own_bits,
@@ -347,54 +421,50 @@ unsafe fn positions<T: Real, L: Lanes<T = T>>(
     };
     let start = wanted.start.min(layout.length - together);
     let whole = bonds.whole[row * layout.length..][wanted.clone()].iter().all(|&w| w);
-    let mut out = [[[T::default(); MOST_LANES]; 3]; TOGETHER].map(|f| f.map(Lane));
-    let told = |p: usize, jj: usize, lanes: u32| {
-        if wanted.contains(&(start + jj)) {
-            bonds.record(row, start + jj, p, lanes, events);
-        }
-    };
+    let out = Output { to: scratch.block.slice_mut().as_mut_ptr(), length: layout.length, wanted: wanted.clone() };
+    scratch.over.count = 0;
+    let at = Positions { row: &view, coefficients: &coefficients, j: start, out: &out, over: &mut scratch.over };
     // SAFETY: positions start … start + together − 1 are in the row, whose offsets `aim` made for this layout.
     unsafe {
-        let (view, coefficients) = (&view, &coefficients);
-        match (law.kinematics, law.breaking, uniform.is_some(), whole) {
-            (Kinematics::Linear, false, true, true) => linear::<L, true, false>(view, coefficients, start, &mut out),
-            (Kinematics::Linear, false, true, false) => linear::<L, true, true>(view, coefficients, start, &mut out),
-            (Kinematics::Linear, false, false, _) => linear::<L, false, true>(view, coefficients, start, &mut out),
-            (Kinematics::Linear, true, true, _) => {
-                single::<L, true, true, false>(view, coefficients, start, &mut out, told)
-            }
-            (Kinematics::Linear, true, false, _) => {
-                single::<L, false, true, false>(view, coefficients, start, &mut out, told)
-            }
-            (Kinematics::Finite, _, true, true) => {
-                single::<L, true, false, true>(view, coefficients, start, &mut out, told)
-            }
-            (Kinematics::Finite, _, true, false) => {
-                single::<L, true, true, true>(view, coefficients, start, &mut out, told)
-            }
-            (Kinematics::Finite, _, false, _) => {
-                single::<L, false, true, true>(view, coefficients, start, &mut out, told)
-            }
+        match (task.wanted, law.kinematics, uniform.is_some()) {
+            (Wanted::Energy, Kinematics::Linear, true) => L::run(Energy::<L, true, false>(at)),
+            (Wanted::Energy, Kinematics::Linear, false) => L::run(Energy::<L, false, false>(at)),
+            (Wanted::Energy, Kinematics::Finite, true) => L::run(Energy::<L, true, true>(at)),
+            (Wanted::Energy, Kinematics::Finite, false) => L::run(Energy::<L, false, true>(at)),
+            (Wanted::Forces, Kinematics::Linear, true) if law.breaking => L::run(Single::<L, true, true, false>(at)),
+            (Wanted::Forces, Kinematics::Linear, false) if law.breaking => L::run(Single::<L, false, true, false>(at)),
+            (Wanted::Forces, Kinematics::Linear, true) if !whole => L::run(Linear::<L, true, true, true>(at)),
+            (Wanted::Forces, Kinematics::Linear, true) if signed => L::run(Linear::<L, true, false, true>(at)),
+            (Wanted::Forces, Kinematics::Linear, true) => L::run(Linear::<L, true, false, false>(at)),
+            (Wanted::Forces, Kinematics::Linear, false) => L::run(Linear::<L, false, true, true>(at)),
+            (Wanted::Forces, Kinematics::Finite, true) if whole => L::run(Single::<L, true, false, true>(at)),
+            (Wanted::Forces, Kinematics::Finite, true) => L::run(Single::<L, true, true, true>(at)),
+            (Wanted::Forces, Kinematics::Finite, false) => L::run(Single::<L, false, true, true>(at)),
         }
     }
-    for j in wanted {
-        for a in 0..3 {
-            let at = (a * layout.length + j) * layout.lanes;
-            scratch.block.slice_mut()[at..at + layout.lanes].copy_from_slice(&out[j - start][a].0[..layout.lanes]);
+    for &(p, j, lanes) in &scratch.over.list[..scratch.over.count] {
+        if wanted.contains(&(j as usize)) {
+            bonds.record(row, j as usize, p as usize, lanes, events);
         }
     }
 }
 
 /// Forces of a row from slots to natural order; zero where there is no node.
-fn collect<T: Real>(bonds: &GridBonds<T>, row: usize, scratch: &mut Scratch<T>) {
+#[inline(always)]
+fn collect<T: Real, const N: usize>(bonds: &GridBonds<T>, row: usize, scratch: &mut Scratch<T>) {
     let (layout, n) = (&*bonds.layout, bonds.row_nodes());
-    let stencil = &bonds.stencil[row * n..(row + 1) * n];
-    let block = layout.length * layout.lanes;
-    for (a, natural) in scratch.natural.iter_mut().enumerate() {
-        layout.collect(&scratch.block.slice()[a * block..(a + 1) * block], natural);
-        for (f, &s) in natural.iter_mut().zip(stencil) {
-            if s == 0 {
-                *f = T::default();
+    let blocks = scratch.block.slice().chunks_exact(layout.length * N);
+    for (natural, block) in scratch.natural.iter_mut().zip(blocks) {
+        for (lane, part) in natural.chunks_mut(layout.length).enumerate() {
+            for (to, vector) in part.iter_mut().zip(block.as_chunks::<N>().0) {
+                *to = vector[lane];
+            }
+        }
+        if !bonds.full {
+            for (f, &s) in natural.iter_mut().zip(&bonds.stencil[row * n..(row + 1) * n]) {
+                if s == 0 {
+                    *f = T::default();
+                }
             }
         }
     }

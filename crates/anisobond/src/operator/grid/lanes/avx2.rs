@@ -2,7 +2,7 @@
 
 use std::arch::x86_64::*;
 
-use super::Lanes;
+use super::{Kernel, Lanes};
 
 /// A register of numbers.
 #[derive(Clone, Copy)]
@@ -34,6 +34,17 @@ macro_rules! avx2 {
             type Words = __m256i;
             const N: usize = $n;
 
+            #[inline(always)]
+            unsafe fn run(kernel: impl Kernel) {
+                #[target_feature(enable = "avx2,fma")]
+                #[inline(never)]
+                unsafe fn alone(kernel: impl Kernel) {
+                    // SAFETY: the caller's contract.
+                    unsafe { kernel.run() }
+                }
+                // SAFETY: the caller's contract.
+                unsafe { alone(kernel) }
+            }
             #[inline(always)]
             unsafe fn splat(x: $real) -> Self {
                 Avx2(unsafe { $set(x) })

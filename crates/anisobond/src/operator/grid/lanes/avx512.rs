@@ -2,7 +2,7 @@
 
 use std::arch::x86_64::*;
 
-use super::Lanes;
+use super::{Kernel, Lanes};
 
 /// A register of numbers.
 #[derive(Clone, Copy)]
@@ -25,7 +25,7 @@ impl Register for f32 {
 macro_rules! avx512 {
     ($real:ty, $word:ty, $n:literal, $mask:ty, $integer:ty, $set:ident, $load:ident, $store:ident, $add:ident, $sub:ident,
      $mul:ident, $div:ident, $sqrt:ident, $fmadd:ident, $fnmadd:ident, $cmp:ident, $mov:ident, $loadi:ident, $seti:ident,
-     $test:ident) => {
+     $test:ident, $maskz_sub:ident, $maskz_mul:ident, $rsqrt:ident, $series:expr) => {
         // SAFETY of all functions: the caller has AVX-512 F, DQ, BW and VL and aligned valid pointers, by the trait's
         // contract; that is all the intrinsics need.
         impl Lanes for Avx512<$real> {
@@ -34,6 +34,15 @@ macro_rules! avx512 {
             type Words = __m512i;
             const N: usize = $n;
 
+            #[inline(always)]
+            unsafe fn run(kernel: impl Kernel) {
+                #[target_feature(enable = "avx512f,avx512dq,avx512bw,avx512vl,avx2,fma")]
+                #[inline(never)]
+                unsafe fn alone(kernel: impl Kernel) {
+                    unsafe { kernel.run() }
+                }
+                unsafe { alone(kernel) }
+            }
             #[inline(always)]
             unsafe fn splat(x: $real) -> Self {
                 Avx512(unsafe { $set(x) })
@@ -77,6 +86,45 @@ macro_rules! avx512 {
             #[inline(always)]
             unsafe fn above(self, b: Self) -> Self::Mask {
                 unsafe { $cmp::<_CMP_GT_OQ>(self.0, b.0) }
+            }
+            // √x = x y with y = 1/√x from an estimate y₀ good to 14 bits and, with e = 1 − x y₀², the series
+            // y = y₀ (1 + e/2 + 3e²/8 + 5e³/16 …): the divider, slower than all this, is left to the division that follows.
+            #[inline(always)]
+            unsafe fn roots<const C: usize>(x: [Self; C]) -> [Self; C] {
+                unsafe {
+                    let series: &[$real] = &$series;
+                    let (mut root, mut e, mut sum) = (x, x, x);
+                    for c in 0..C {
+                        e[c].0 = $rsqrt(x[c].0);
+                    }
+                    for c in 0..C {
+                        root[c].0 = $mul(x[c].0, e[c].0);
+                    }
+                    for c in 0..C {
+                        e[c].0 = $fnmadd(root[c].0, e[c].0, $set(1.0));
+                        sum[c].0 = $set(series[0]);
+                    }
+                    for &term in &series[1..] {
+                        for c in 0..C {
+                            sum[c].0 = $fmadd(sum[c].0, e[c].0, $set(term));
+                        }
+                    }
+                    for c in 0..C {
+                        e[c].0 = $mul(root[c].0, e[c].0);
+                    }
+                    for c in 0..C {
+                        root[c].0 = $fmadd(e[c].0, sum[c].0, root[c].0);
+                    }
+                    root
+                }
+            }
+            #[inline(always)]
+            unsafe fn sub_where(self, b: Self, mask: Self::Mask) -> Self {
+                Avx512(unsafe { $maskz_sub(mask, self.0, b.0) })
+            }
+            #[inline(always)]
+            unsafe fn mul_where(self, b: Self, mask: Self::Mask) -> Self {
+                Avx512(unsafe { $maskz_mul(mask, self.0, b.0) })
             }
             #[inline(always)]
             unsafe fn keep(self, mask: Self::Mask) -> Self {
@@ -134,7 +182,11 @@ avx512!(
     _mm512_maskz_mov_pd,
     _mm512_load_si512,
     _mm512_set1_epi64,
-    _mm512_test_epi64_mask
+    _mm512_test_epi64_mask,
+    _mm512_maskz_sub_pd,
+    _mm512_maskz_mul_pd,
+    _mm512_rsqrt14_pd,
+    [5.0 / 16.0, 3.0 / 8.0, 0.5]
 );
 
 avx512!(
@@ -157,5 +209,9 @@ avx512!(
     _mm512_maskz_mov_ps,
     _mm512_load_si512,
     _mm512_set1_epi32,
-    _mm512_test_epi32_mask
+    _mm512_test_epi32_mask,
+    _mm512_maskz_sub_ps,
+    _mm512_maskz_mul_ps,
+    _mm512_rsqrt14_ps,
+    [3.0 / 8.0, 0.5]
 );

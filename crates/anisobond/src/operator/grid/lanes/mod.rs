@@ -23,6 +23,7 @@ pub type Avx512<T> = Portable<T, 4>;
 #[cfg(not(target_arch = "x86_64"))]
 pub type Avx2<T> = Portable<T, 4>;
 
+use super::kernels::Kernel;
 use super::real::Real;
 
 /// An instruction set that has kernels.
@@ -112,6 +113,29 @@ pub trait Lanes: Copy {
     unsafe fn neg_mul_add(self, b: Self, c: Self) -> Self;
     /// Where self > b; never where either is not a number.
     unsafe fn above(self, b: Self) -> Self::Mask;
+    /// √x, for x ≥ 0, within a few units of the last place; at 0 it may be no number.
+    #[inline(always)]
+    unsafe fn roots<const C: usize>(mut x: [Self; C]) -> [Self; C] {
+        for c in 0..C {
+            // SAFETY: the caller's contract.
+            x[c] = unsafe { x[c].sqrt() };
+        }
+        x
+    }
+    /// self − b where the mask is set, else 0.
+    #[inline(always)]
+    unsafe fn sub_where(self, b: Self, mask: Self::Mask) -> Self {
+        // SAFETY: the caller's contract.
+        unsafe { self.sub(b).keep(mask) }
+    }
+    /// self · b where the mask is set, else 0.
+    #[inline(always)]
+    unsafe fn mul_where(self, b: Self, mask: Self::Mask) -> Self {
+        // SAFETY: the caller's contract.
+        unsafe { self.mul(b).keep(mask) }
+    }
+    /// Run a kernel as a function of its own, compiled for the instruction set.
+    unsafe fn run(kernel: impl Kernel);
     /// self where the mask is set, else 0.
     unsafe fn keep(self, mask: Self::Mask) -> Self;
     /// Aligned load of words.

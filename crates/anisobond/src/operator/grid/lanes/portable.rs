@@ -1,6 +1,6 @@
 //! Arrays, which every compiler turns into the vectors it knows.
 
-use super::Lanes;
+use super::{Kernel, Lanes};
 use crate::operator::grid::real::Real;
 
 /// N numbers; no fused multiply-add, because without an instruction for it that is a slow function call.
@@ -17,6 +17,16 @@ macro_rules! portable {
             type Words = [<$real as Real>::Word; $n];
             const N: usize = $n;
 
+            #[inline(always)]
+            unsafe fn run(kernel: impl Kernel) {
+                #[inline(never)]
+                unsafe fn alone(kernel: impl Kernel) {
+                    // SAFETY: the caller's contract.
+                    unsafe { kernel.run() }
+                }
+                // SAFETY: the caller's contract.
+                unsafe { alone(kernel) }
+            }
             #[inline(always)]
             unsafe fn splat(x: $real) -> Self {
                 Portable([x; $n])
