@@ -67,7 +67,7 @@ pub struct Simulation {
 
 /// Motion or equilibrium.
 enum Stage {
-    Motion { motion: Motion, evidence: StepEvidence, ahead: Pass },
+    Motion { motion: Motion, evidence: StepEvidence, last: Pass },
     Equilibrium { statics: Statics, last: Option<StaticEvidence> },
 }
 
@@ -76,7 +76,6 @@ enum Stage {
 struct About {
     step: u64,
     ledger: Ledger,
-    kinetic_ahead: f64,
     external_ahead: f64,
     damping_ahead: f64,
 }
@@ -145,17 +144,13 @@ impl Simulation {
                 let velocity = self.initial_velocity();
                 let damping = damping_of(&self.problem.schedule);
                 let mut motion = Motion::new(&self.problem, velocity, evidence.step, damping);
-                self.ledger.initial = motion.kinetic_ahead + self.bonds.energy(&self.u, self.problem.kinematics);
-                let span = 0.5 * evidence.step;
-                let kinetic = motion.kinetic_ahead;
-                let first = motion.kick(&self.problem, &self.loading, &mut self.bonds, &self.u, (0.0, span), true);
-                // The first pass lies ahead as a whole; of later ones a half does.
-                let (external, damping) = (2.0 * first.external, 2.0 * first.damping);
-                let ahead = Pass { kinetic, external, damping, ..first };
-                self.stage = Stage::Motion { motion, evidence, ahead };
+                let at = (0.0, 0.5 * evidence.step);
+                let first = motion.kick(&self.problem, &self.loading, &mut self.bonds, &self.u, at, true);
+                // Nothing lies behind the first pass.
+                let last = Pass { external: 0.0, damping: 0.0, ..first };
+                self.stage = Stage::Motion { motion, evidence, last };
                 self.settle_ledger(true);
-                self.ledger.external = 0.0;
-                self.ledger.damping = 0.0;
+                self.ledger.initial = self.ledger.kinetic + self.ledger.strain + self.ledger.fracture;
                 Ok(())
             }
         }
@@ -215,13 +210,13 @@ impl Simulation {
         let next = self.step + 1;
         let every = self.problem.output.probe_every.max(1) as u64;
         let measured = next.is_multiple_of(every) || next == self.steps || next.is_multiple_of(CHECK_EVERY);
-        if let Stage::Motion { motion, evidence, ahead } = &mut self.stage {
-            // The half of the last pass that reached ahead is now behind.
-            self.ledger.external += 0.5 * ahead.external;
-            self.ledger.damping += 0.5 * ahead.damping;
+        if let Stage::Motion { motion, evidence, last } = &mut self.stage {
+            // What lay ahead of the last pass is now behind.
+            self.ledger.external += last.external_ahead;
+            self.ledger.damping += last.damping_ahead;
             motion.drift(&mut self.u);
             let at = (next as f64 * evidence.step, evidence.step);
-            *ahead = motion.kick(&self.problem, &self.loading, &mut self.bonds, &self.u, at, measured);
+            *last = motion.kick(&self.problem, &self.loading, &mut self.bonds, &self.u, at, measured);
         }
         self.step = next;
         self.settle_ledger(measured);
@@ -236,15 +231,15 @@ impl Simulation {
 
     /// Bring the ledger to the moment of the displacements.
     fn settle_ledger(&mut self, measured: bool) {
-        let Stage::Motion { ahead, .. } = &self.stage else { return };
-        self.ledger.kinetic = ahead.kinetic;
-        self.ledger.external += 0.5 * ahead.external;
-        self.ledger.damping += 0.5 * ahead.damping;
-        self.ledger.fracture += ahead.broken.energy;
-        self.ledger.broken_bonds += ahead.broken.count as u64;
+        let Stage::Motion { last, .. } = &self.stage else { return };
+        self.ledger.kinetic = last.kinetic;
+        self.ledger.external += last.external;
+        self.ledger.damping += last.damping;
+        self.ledger.fracture += last.broken.energy;
+        self.ledger.broken_bonds += last.broken.count as u64;
         if measured {
             self.ledger.strain = match self.problem.kinematics {
-                Kinematics::Linear => ahead.strain,
+                Kinematics::Linear => last.strain,
                 Kinematics::Finite => self.bonds.energy(&self.u, Kinematics::Finite),
             };
         }
@@ -253,7 +248,7 @@ impl Simulation {
     /// Names the first node whose numbers are none.
     fn check_numbers(&self) -> Result<()> {
         let Stage::Motion { motion, .. } = &self.stage else { return Ok(()) };
-        if motion.kinetic_ahead.is_finite() && self.ledger.strain.is_finite() {
+        if self.ledger.kinetic.is_finite() && self.ledger.strain.is_finite() {
             return Ok(());
         }
         let bad = (0..motion.velocity.len()).find(|&node| !motion.velocity.at(node).iter().all(|v| v.is_finite()));
@@ -420,19 +415,17 @@ impl Simulation {
     /// Everything that is needed to go on.
     pub fn save(&self) -> SavedState {
         let mut state = SavedState::default();
-        let mut about =
-            About { step: self.step, ledger: self.ledger, kinetic_ahead: 0.0, external_ahead: 0.0, damping_ahead: 0.0 };
+        let mut about = About { step: self.step, ledger: self.ledger, external_ahead: 0.0, damping_ahead: 0.0 };
         let names = ["x", "y", "z"];
         let mut keep = |prefix: &str, field: VectorField| {
             let arrays = names.iter().zip(field.components).map(|(axis, values)| (format!("{prefix}_{axis}"), values));
             state.numbers.extend(arrays);
         };
         keep("displacement", self.u.get());
-        if let Stage::Motion { motion, ahead, .. } = &self.stage {
+        if let Stage::Motion { motion, last, .. } = &self.stage {
             keep("velocity", motion.velocity.clone());
-            about.kinetic_ahead = motion.kinetic_ahead;
-            about.external_ahead = ahead.external;
-            about.damping_ahead = ahead.damping;
+            about.external_ahead = last.external_ahead;
+            about.damping_ahead = last.damping_ahead;
         }
         state.numbers.push(("damaged_at".into(), self.crack.times().to_vec()));
         state.words.push(("bonds".into(), self.bonds.unbroken_bits()));
@@ -453,11 +446,10 @@ impl Simulation {
             Ok(VectorField { components: [x?, y?, z?] })
         };
         self.u.set(&field("displacement")?);
-        if let Stage::Motion { motion, ahead, .. } = &mut self.stage {
+        if let Stage::Motion { motion, last, .. } = &mut self.stage {
             motion.velocity = field("velocity")?;
-            motion.kinetic_ahead = about.kinetic_ahead;
-            ahead.external = about.external_ahead;
-            ahead.damping = about.damping_ahead;
+            last.external_ahead = about.external_ahead;
+            last.damping_ahead = about.damping_ahead;
         }
         let damaged = self.crack.times().len();
         self.crack.restore(state.take_numbers("damaged_at", damaged)?);
