@@ -1,6 +1,7 @@
 //! A problem run: motion step by step, or equilibrium load step by load step, bonds breaking on the way.
 
 mod assemble;
+mod cost;
 mod crack;
 mod ledger;
 mod loading;
@@ -13,6 +14,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 pub use self::assemble::RegionEvidence;
+pub use self::cost::RunCost;
 use self::crack::CrackFront;
 pub use self::crack::SpeedFit;
 pub use self::ledger::Ledger;
@@ -47,6 +49,13 @@ pub struct StepEvidence {
     pub step: f64,
     /// The largest stable one (s).
     pub stable: f64,
+}
+
+impl StepEvidence {
+    /// Whole steps in a duration (s), at least one.
+    fn steps_in(&self, duration: f64) -> u64 {
+        ((duration / self.step).round() as u64).max(1)
+    }
 }
 
 /// A problem under way.
@@ -87,9 +96,7 @@ impl Simulation {
     /// A body without nodes; a material that cannot be calibrated or, in motion, has no density; conditions that
     /// contradict each other; a step above the stable one; a start from an equilibrium that is none.
     pub fn new(problem: Problem) -> Result<Self> {
-        if problem.body.nodes() == 0 {
-            return Err(Error::input("the body has no nodes", "use a smaller spacing or a larger body"));
-        }
+        require_nodes(&problem)?;
         let (bonds, regions) = assemble::bonds(&problem)?;
         let loading = Loading::new(&problem)?;
         let warnings = regions.iter().filter(|r| r.relative_error > 1e-3).map(|r| {
@@ -136,8 +143,8 @@ impl Simulation {
                 Ok(())
             }
             Schedule::Motion { duration, from_equilibrium, .. } => {
-                let evidence = self.time_step()?;
-                self.steps = ((duration / evidence.step).round() as u64).max(1);
+                let evidence = time_step(&self.problem, &self.bonds)?;
+                self.steps = evidence.steps_in(duration);
                 if from_equilibrium {
                     self.start_from_equilibrium()?;
                 }
@@ -154,29 +161,6 @@ impl Simulation {
                 Ok(())
             }
         }
-    }
-
-    /// The largest stable step, the one used, and whether that is allowed.
-    fn time_step(&self) -> Result<StepEvidence> {
-        let Schedule::Motion { step, safety, force_step, .. } = self.problem.schedule else {
-            return Err(Error::input("equilibrium has no time step", "give a duration"));
-        };
-        if let Some(region) = self.problem.regions.iter().find(|r| r.density.is_nan() || r.density <= 0.0) {
-            return Err(Error::input(
-                format!("region {} has no density, but the body is to move", region.name),
-                "give it a density, as density = \"2700 kg/m3\"",
-            ));
-        }
-        let densities: Vec<f64> = self.problem.regions.iter().map(|r| r.density).collect();
-        let stable = crate::solver::stable_step(self.bonds.eigenvalue_bound(&densities)?);
-        let step = step.unwrap_or(safety * stable);
-        if step > stable && !force_step {
-            return Err(Error::input(
-                format!("the time step {step:.4e} s is above the stable one, {stable:.4e} s"),
-                "leave the step out, give a smaller one, or set force_step = true",
-            ));
-        }
-        Ok(StepEvidence { step, stable })
     }
 
     fn start_from_equilibrium(&mut self) -> Result<()> {
@@ -459,6 +443,36 @@ impl Simulation {
         self.ledger = about.ledger;
         Ok(())
     }
+}
+
+fn require_nodes(problem: &Problem) -> Result<()> {
+    match problem.body.nodes() {
+        0 => Err(Error::input("the body has no nodes", "use a smaller spacing or a larger body")),
+        _ => Ok(()),
+    }
+}
+
+/// The largest stable step and the one used.
+fn time_step(problem: &Problem, bonds: &GridBonds<f64>) -> Result<StepEvidence> {
+    let Schedule::Motion { step, safety, force_step, .. } = problem.schedule else {
+        return Err(Error::input("equilibrium has no time step", "give a duration"));
+    };
+    if let Some(region) = problem.regions.iter().find(|r| r.density.is_nan() || r.density <= 0.0) {
+        return Err(Error::input(
+            format!("region {} has no density, but the body is to move", region.name),
+            "give it a density, as density = \"2700 kg/m3\"",
+        ));
+    }
+    let densities: Vec<f64> = problem.regions.iter().map(|r| r.density).collect();
+    let stable = crate::solver::stable_step(bonds.eigenvalue_bound(&densities)?);
+    let step = step.unwrap_or(safety * stable);
+    if step > stable && !force_step {
+        return Err(Error::input(
+            format!("the time step {step:.4e} s is above the stable one, {stable:.4e} s"),
+            "leave the step out, give a smaller one, or set force_step = true",
+        ));
+    }
+    Ok(StepEvidence { step, stable })
 }
 
 /// How equilibrium is found under a schedule.

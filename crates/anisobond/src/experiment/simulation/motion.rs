@@ -124,11 +124,8 @@ struct RowKick<'a> {
 impl RowKick<'_> {
     fn advance(&self, row: usize, region: &[u16], force: [&[f64]; 3], mut velocity: [&mut [f64]; 3]) -> RowSums {
         let first = row * region.len();
-        let loaded: Vec<Loaded> = self
-            .loading
-            .forces(row, &self.now)
-            .map(|(node, force)| Loaded { element: node - first, force })
-            .collect();
+        let loaded: Vec<Loaded> =
+            self.loading.forces(row, &self.now).map(|(node, force)| Loaded { element: node - first, force }).collect();
         let held = self.held(row, first, &velocity);
         let before: [Vec<f64>; 3] = std::array::from_fn(|a| velocity[a].to_vec());
 

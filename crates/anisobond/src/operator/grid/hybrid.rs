@@ -49,8 +49,10 @@ impl<T: Real> GridBonds<T> {
     /// K⁻¹ (1/m²) of a node's unbroken bonds; zero where they do not fill space.
     fn inverse_shape(&self, node: usize) -> Matrix3<f64> {
         let n = self.row_nodes();
-        let (row, j) = (node / n, node % n % self.layout.length);
-        if self.whole[row * self.layout.length + j] && !self.is_special(node) {
+        let (row, e) = (node / n, node % n);
+        // All bonds are there, whatever their stencils.
+        let whole = self.whole[row * self.layout.length + e % self.layout.length] && !self.is_special(node);
+        if whole || self.degree(row, e) == self.half.bonds {
             return self.shape_inverse;
         }
         let mut shape = Matrix3::zeros();
