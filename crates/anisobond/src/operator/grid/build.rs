@@ -296,7 +296,7 @@ impl<T: Real> GridBonds<T> {
 
     /// A word of bits.
     #[inline]
-    fn word(&self, row: usize, word: usize, slot: usize) -> T::Word {
+    pub(super) fn word(&self, row: usize, word: usize, slot: usize) -> T::Word {
         self.bits.slice()[(row * self.words + word) * self.layout.slots + slot]
     }
 
