@@ -1,26 +1,26 @@
 //! Equilibrium of a block with a hole, from 48³ to 128³ nodes: iterations, applications of the operator and seconds with
 //! coarse grids, against node blocks alone (Jacobi). Run with
 //! `cargo bench -p anisobond --bench equilibrium -- [nodes per edge …] [built-in material …] [crack]`;
-//! `crack` cuts the block through six tenths of its section instead of the hole.
-//!
-//! The operator here is the plain one of the tests.
-
-#[path = "../tests/common/grid_body.rs"]
-mod grid_body;
+//! `crack` cuts the block through six tenths of its section instead of the hole, `hybrid` adds the nodal term. Jacobi runs
+//! up to 96³ nodes.
 
 use std::time::Instant;
 
+use anisobond::calibration::{LowerBound, ModelCalibrator, ModelSettings};
 use anisobond::lattice::{Body, Grid, Influence, Neighbourhood};
+use anisobond::operator::grid::{GridBonds, Stencil};
 use anisobond::operator::{GridOperator, VectorField};
 use anisobond::solver::Stopping;
 use anisobond::solver::grid::{Equilibrium, Method, Scheme, Smoothing, Supports};
 use anisobond::tensor::{Material, Stiffness};
-use grid_body::GridBody;
 use nalgebra::Vector3;
+
+/// Nodes per edge up to which Jacobi runs.
+const MOST_JACOBI: usize = 96;
 
 /// A block of n³ nodes with a hole through it (radius a fifth of the edge) or a crack, held at the bottom, pulled at the
 /// top.
-fn block(n: usize, c: &Stiffness, crack: bool) -> (GridBody, Supports, VectorField) {
+fn block(n: usize, c: &Stiffness, crack: bool, hybrid: bool) -> (GridBonds<f64>, Supports, VectorField) {
     let spacing = 1.0 / n as f64;
     let grid = Grid::new([n; 3], spacing, Vector3::repeat(0.5 * spacing), [false; 3]).expect("a valid grid");
     let mut body = Body::full(grid);
@@ -38,20 +38,26 @@ fn block(n: usize, c: &Stiffness, crack: bool) -> (GridBody, Supports, VectorFie
     for node in (0..load.len()).filter(|node| top(*node)) {
         load.components[2][node] = 1e6 * spacing * spacing;
     }
-    let mut grid = GridBody::new(body, &neighbourhood, &[*c]);
+    let settings = if hybrid { ModelSettings::Hybrid(None) } else { ModelSettings::Central(LowerBound::Value(0.0)) };
+    let calibrator = ModelCalibrator::new(&neighbourhood, settings).expect("a calibrator");
+    let material = calibrator.calibrate(c).expect("a calibrated material");
+    let mut stencil = Stencil::new(&neighbourhood, material.normal());
+    stencil.nodal = material.nodal().copied().filter(|z| z.norm() > 0.0);
+    let of_node = body.region.clone();
+    let mut bonds = GridBonds::new(body, &neighbourhood, of_node, vec![stencil]).expect("valid bonds");
     if crack {
         let plane = 0.5 + 1e-6 * spacing;
-        grid.cut(|p, q| (p.z < plane) != (q.z < plane) && p.x < 0.6);
+        bonds.cut(|p, q| (p.z < plane) != (q.z < plane) && p.x < 0.6);
     }
-    (grid, supports, load)
+    (bonds, supports, load)
 }
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
     let sizes: Vec<usize> = arguments.iter().filter_map(|a| a.parse().ok()).collect();
     let sizes = if sizes.is_empty() { vec![48, 64, 96, 128] } else { sizes };
-    let crack = arguments.iter().any(|a| a == "crack");
-    let word = |a: &&String| *a != "crack" && a.parse::<usize>().is_err();
+    let [crack, hybrid] = ["crack", "hybrid"].map(|word| arguments.iter().any(|a| a == word));
+    let word = |a: &&String| *a != "crack" && *a != "hybrid" && a.parse::<usize>().is_err();
     let names: Vec<&str> = arguments.iter().filter(word).map(String::as_str).collect();
     let materials: Vec<(String, Stiffness)> = if names.is_empty() {
         vec![("isotropic".into(), Stiffness::isotropic(40e9, 40e9))]
@@ -65,12 +71,12 @@ fn main() {
     );
     for (name, c) in &materials {
         for n in &sizes {
-            let (body, supports, load) = block(*n, c, crack);
+            let (body, supports, load) = block(*n, c, crack, hybrid);
             let once = Instant::now();
             let mut f = VectorField::zeros(load.len());
             body.forces(&load, &mut f);
             println!("{name:10} {n:3}³  one application {:.3} s", once.elapsed().as_secs_f64());
-            for (label, method) in &methods {
+            for (label, method) in methods.iter().filter(|m| m.1 != Method::NodeBlocks || *n <= MOST_JACOBI) {
                 let start = Instant::now();
                 let equilibrium = Equilibrium::new(&body, &supports, *method);
                 let prepared = start.elapsed().as_secs_f64();

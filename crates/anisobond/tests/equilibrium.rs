@@ -177,7 +177,7 @@ fn preconditioners_are_symmetric_and_positive() {
             let apply = |mut r: VectorField| {
                 supports.clear(&mut r);
                 let mut z = VectorField::zeros(r.len());
-                m.apply(&r, &mut z);
+                m.apply(&body, &r, &mut z);
                 (r, z)
             };
             for seed in [0.2, 0.5, 0.8] {

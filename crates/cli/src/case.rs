@@ -1,19 +1,47 @@
 //! `anisobond check` and `anisobond new case`.
 
+use anisobond::experiment::RunCost;
 use anisobond::io::{CaseFile, CasePlan, starter_case, write_atomically};
 use anisobond::{Error, Result};
+use serde::Serialize;
 
 use crate::{Ending, args, text};
 
 pub fn check(args: &args::CheckCase) -> Result<Ending> {
     let case = CaseFile::read(&args.case.case, &args.case.set)?;
-    let plan = case.plan(&case.problem()?);
+    let problem = case.problem()?;
+    let checked = Checked { plan: case.plan(&problem), cost: RunCost::of(&problem)? };
     if args.json {
-        text::print_json(&plan)?;
+        text::print_json(&checked)?;
     } else {
-        text::print(&describe(&plan, case.description()))?;
+        text::print(&(describe(&checked.plan, case.description()) + &describe_cost(&checked.cost)))?;
     }
     Ok(Ending::Done)
+}
+
+/// What a case holds and what its run would take, as one JSON object.
+#[derive(Serialize)]
+struct Checked {
+    #[serde(flatten)]
+    plan: CasePlan,
+    #[serde(flatten)]
+    cost: RunCost,
+}
+
+fn describe_cost(cost: &RunCost) -> String {
+    let n = text::number;
+    let steps = match (cost.step_s, cost.stable_step_s) {
+        (Some(step), Some(stable)) => format!("{} time steps of {} s (stable: {} s)", cost.steps, n(step), n(stable)),
+        _ => format!("{} load steps", cost.steps),
+    };
+    let seconds = match cost.expected_seconds {
+        s if s < 1.0 => "less than a second".into(),
+        s if s < 120.0 => format!("about {s:.0} s"),
+        s if s < 7200.0 => format!("about {:.0} min", s / 60.0),
+        s => format!("about {:.1} h", s / 3600.0),
+    };
+    let output = if cost.step_s.is_some() { "without output" } else { "where no bond breaks" };
+    format!("\nsteps             {steps}\nexpected time     {seconds} on this machine, {output}\n")
 }
 
 pub fn new(args: &args::New) -> Result<Ending> {

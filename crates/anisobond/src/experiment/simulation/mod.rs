@@ -1,6 +1,7 @@
 //! A problem run: motion step by step, or equilibrium load step by load step, bonds breaking on the way.
 
 mod assemble;
+mod cost;
 mod crack;
 mod ledger;
 mod loading;
@@ -13,6 +14,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 pub use self::assemble::RegionEvidence;
+pub use self::cost::RunCost;
 use self::crack::CrackFront;
 pub use self::crack::SpeedFit;
 pub use self::ledger::Ledger;
@@ -49,6 +51,13 @@ pub struct StepEvidence {
     pub stable: f64,
 }
 
+impl StepEvidence {
+    /// Whole steps in a duration (s), at least one.
+    fn steps_in(&self, duration: f64) -> u64 {
+        ((duration / self.step).round() as u64).max(1)
+    }
+}
+
 /// A problem under way.
 pub struct Simulation {
     problem: Problem,
@@ -67,7 +76,7 @@ pub struct Simulation {
 
 /// Motion or equilibrium.
 enum Stage {
-    Motion { motion: Motion, evidence: StepEvidence, ahead: Pass },
+    Motion { motion: Motion, evidence: StepEvidence, last: Pass },
     Equilibrium { statics: Statics, last: Option<StaticEvidence> },
 }
 
@@ -76,7 +85,6 @@ enum Stage {
 struct About {
     step: u64,
     ledger: Ledger,
-    kinetic_ahead: f64,
     external_ahead: f64,
     damping_ahead: f64,
 }
@@ -88,9 +96,7 @@ impl Simulation {
     /// A body without nodes; a material that cannot be calibrated or, in motion, has no density; conditions that
     /// contradict each other; a step above the stable one; a start from an equilibrium that is none.
     pub fn new(problem: Problem) -> Result<Self> {
-        if problem.body.nodes() == 0 {
-            return Err(Error::input("the body has no nodes", "use a smaller spacing or a larger body"));
-        }
+        require_nodes(&problem)?;
         let (bonds, regions) = assemble::bonds(&problem)?;
         let loading = Loading::new(&problem)?;
         let warnings = regions.iter().filter(|r| r.relative_error > 1e-3).map(|r| {
@@ -137,51 +143,24 @@ impl Simulation {
                 Ok(())
             }
             Schedule::Motion { duration, from_equilibrium, .. } => {
-                let evidence = self.time_step()?;
-                self.steps = ((duration / evidence.step).round() as u64).max(1);
+                let evidence = time_step(&self.problem, &self.bonds)?;
+                self.steps = evidence.steps_in(duration);
                 if from_equilibrium {
                     self.start_from_equilibrium()?;
                 }
                 let velocity = self.initial_velocity();
                 let damping = damping_of(&self.problem.schedule);
                 let mut motion = Motion::new(&self.problem, velocity, evidence.step, damping);
-                self.ledger.initial = motion.kinetic_ahead + self.bonds.energy(&self.u, self.problem.kinematics);
-                let span = 0.5 * evidence.step;
-                let kinetic = motion.kinetic_ahead;
-                let first = motion.kick(&self.problem, &self.loading, &mut self.bonds, &self.u, (0.0, span), true);
-                // The first pass lies ahead as a whole; of later ones a half does.
-                let (external, damping) = (2.0 * first.external, 2.0 * first.damping);
-                let ahead = Pass { kinetic, external, damping, ..first };
-                self.stage = Stage::Motion { motion, evidence, ahead };
+                let at = (0.0, 0.5 * evidence.step);
+                let first = motion.kick(&self.problem, &self.loading, &mut self.bonds, &self.u, at, true);
+                // Nothing lies behind the first pass.
+                let last = Pass { external: 0.0, damping: 0.0, ..first };
+                self.stage = Stage::Motion { motion, evidence, last };
                 self.settle_ledger(true);
-                self.ledger.external = 0.0;
-                self.ledger.damping = 0.0;
+                self.ledger.initial = self.ledger.kinetic + self.ledger.strain + self.ledger.fracture;
                 Ok(())
             }
         }
-    }
-
-    /// The largest stable step, the one used, and whether that is allowed.
-    fn time_step(&self) -> Result<StepEvidence> {
-        let Schedule::Motion { step, safety, force_step, .. } = self.problem.schedule else {
-            return Err(Error::input("equilibrium has no time step", "give a duration"));
-        };
-        if let Some(region) = self.problem.regions.iter().find(|r| r.density.is_nan() || r.density <= 0.0) {
-            return Err(Error::input(
-                format!("region {} has no density, but the body is to move", region.name),
-                "give it a density, as density = \"2700 kg/m3\"",
-            ));
-        }
-        let densities: Vec<f64> = self.problem.regions.iter().map(|r| r.density).collect();
-        let stable = crate::solver::stable_step(self.bonds.eigenvalue_bound(&densities)?);
-        let step = step.unwrap_or(safety * stable);
-        if step > stable && !force_step {
-            return Err(Error::input(
-                format!("the time step {step:.4e} s is above the stable one, {stable:.4e} s"),
-                "leave the step out, give a smaller one, or set force_step = true",
-            ));
-        }
-        Ok(StepEvidence { step, stable })
     }
 
     fn start_from_equilibrium(&mut self) -> Result<()> {
@@ -215,13 +194,13 @@ impl Simulation {
         let next = self.step + 1;
         let every = self.problem.output.probe_every.max(1) as u64;
         let measured = next.is_multiple_of(every) || next == self.steps || next.is_multiple_of(CHECK_EVERY);
-        if let Stage::Motion { motion, evidence, ahead } = &mut self.stage {
-            // The half of the last pass that reached ahead is now behind.
-            self.ledger.external += 0.5 * ahead.external;
-            self.ledger.damping += 0.5 * ahead.damping;
+        if let Stage::Motion { motion, evidence, last } = &mut self.stage {
+            // What lay ahead of the last pass is now behind.
+            self.ledger.external += last.external_ahead;
+            self.ledger.damping += last.damping_ahead;
             motion.drift(&mut self.u);
             let at = (next as f64 * evidence.step, evidence.step);
-            *ahead = motion.kick(&self.problem, &self.loading, &mut self.bonds, &self.u, at, measured);
+            *last = motion.kick(&self.problem, &self.loading, &mut self.bonds, &self.u, at, measured);
         }
         self.step = next;
         self.settle_ledger(measured);
@@ -236,15 +215,15 @@ impl Simulation {
 
     /// Bring the ledger to the moment of the displacements.
     fn settle_ledger(&mut self, measured: bool) {
-        let Stage::Motion { ahead, .. } = &self.stage else { return };
-        self.ledger.kinetic = ahead.kinetic;
-        self.ledger.external += 0.5 * ahead.external;
-        self.ledger.damping += 0.5 * ahead.damping;
-        self.ledger.fracture += ahead.broken.energy;
-        self.ledger.broken_bonds += ahead.broken.count as u64;
+        let Stage::Motion { last, .. } = &self.stage else { return };
+        self.ledger.kinetic = last.kinetic;
+        self.ledger.external += last.external;
+        self.ledger.damping += last.damping;
+        self.ledger.fracture += last.broken.energy;
+        self.ledger.broken_bonds += last.broken.count as u64;
         if measured {
             self.ledger.strain = match self.problem.kinematics {
-                Kinematics::Linear => ahead.strain,
+                Kinematics::Linear => last.strain,
                 Kinematics::Finite => self.bonds.energy(&self.u, Kinematics::Finite),
             };
         }
@@ -253,7 +232,7 @@ impl Simulation {
     /// Names the first node whose numbers are none.
     fn check_numbers(&self) -> Result<()> {
         let Stage::Motion { motion, .. } = &self.stage else { return Ok(()) };
-        if motion.kinetic_ahead.is_finite() && self.ledger.strain.is_finite() {
+        if self.ledger.kinetic.is_finite() && self.ledger.strain.is_finite() {
             return Ok(());
         }
         let bad = (0..motion.velocity.len()).find(|&node| !motion.velocity.at(node).iter().all(|v| v.is_finite()));
@@ -420,19 +399,17 @@ impl Simulation {
     /// Everything that is needed to go on.
     pub fn save(&self) -> SavedState {
         let mut state = SavedState::default();
-        let mut about =
-            About { step: self.step, ledger: self.ledger, kinetic_ahead: 0.0, external_ahead: 0.0, damping_ahead: 0.0 };
+        let mut about = About { step: self.step, ledger: self.ledger, external_ahead: 0.0, damping_ahead: 0.0 };
         let names = ["x", "y", "z"];
         let mut keep = |prefix: &str, field: VectorField| {
             let arrays = names.iter().zip(field.components).map(|(axis, values)| (format!("{prefix}_{axis}"), values));
             state.numbers.extend(arrays);
         };
         keep("displacement", self.u.get());
-        if let Stage::Motion { motion, ahead, .. } = &self.stage {
+        if let Stage::Motion { motion, last, .. } = &self.stage {
             keep("velocity", motion.velocity.clone());
-            about.kinetic_ahead = motion.kinetic_ahead;
-            about.external_ahead = ahead.external;
-            about.damping_ahead = ahead.damping;
+            about.external_ahead = last.external_ahead;
+            about.damping_ahead = last.damping_ahead;
         }
         state.numbers.push(("damaged_at".into(), self.crack.times().to_vec()));
         state.words.push(("bonds".into(), self.bonds.unbroken_bits()));
@@ -453,11 +430,10 @@ impl Simulation {
             Ok(VectorField { components: [x?, y?, z?] })
         };
         self.u.set(&field("displacement")?);
-        if let Stage::Motion { motion, ahead, .. } = &mut self.stage {
+        if let Stage::Motion { motion, last, .. } = &mut self.stage {
             motion.velocity = field("velocity")?;
-            motion.kinetic_ahead = about.kinetic_ahead;
-            ahead.external = about.external_ahead;
-            ahead.damping = about.damping_ahead;
+            last.external_ahead = about.external_ahead;
+            last.damping_ahead = about.damping_ahead;
         }
         let damaged = self.crack.times().len();
         self.crack.restore(state.take_numbers("damaged_at", damaged)?);
@@ -467,6 +443,36 @@ impl Simulation {
         self.ledger = about.ledger;
         Ok(())
     }
+}
+
+fn require_nodes(problem: &Problem) -> Result<()> {
+    match problem.body.nodes() {
+        0 => Err(Error::input("the body has no nodes", "use a smaller spacing or a larger body")),
+        _ => Ok(()),
+    }
+}
+
+/// The largest stable step and the one used.
+fn time_step(problem: &Problem, bonds: &GridBonds<f64>) -> Result<StepEvidence> {
+    let Schedule::Motion { step, safety, force_step, .. } = problem.schedule else {
+        return Err(Error::input("equilibrium has no time step", "give a duration"));
+    };
+    if let Some(region) = problem.regions.iter().find(|r| r.density.is_nan() || r.density <= 0.0) {
+        return Err(Error::input(
+            format!("region {} has no density, but the body is to move", region.name),
+            "give it a density, as density = \"2700 kg/m3\"",
+        ));
+    }
+    let densities: Vec<f64> = problem.regions.iter().map(|r| r.density).collect();
+    let stable = crate::solver::stable_step(bonds.eigenvalue_bound(&densities)?);
+    let step = step.unwrap_or(safety * stable);
+    if step > stable && !force_step {
+        return Err(Error::input(
+            format!("the time step {step:.4e} s is above the stable one, {stable:.4e} s"),
+            "leave the step out, give a smaller one, or set force_step = true",
+        ));
+    }
+    Ok(StepEvidence { step, stable })
 }
 
 /// How equilibrium is found under a schedule.

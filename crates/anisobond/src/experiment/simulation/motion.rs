@@ -18,19 +18,25 @@ pub(super) struct Motion {
     pub(super) step: f64,
     /// Damping α (1/s).
     damping: f64,
-    /// Kinetic energy of `velocity` (J).
-    pub(super) kinetic_ahead: f64,
 }
 
 /// What one pass over the body moves.
+///
+/// With v₋ and v₊ half a step before and after displacements u, ½ m v₋·v₊ + ½ u·Ku changes over a step Δu = h v₊ by
+/// exactly ½ Δu·(F + F') of the forces F, F' at its ends that are not the bonds': the mean of both on the way. So energies
+/// of linear bonds balance to rounding at any step.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Pass {
-    /// Kinetic energy at the moment of the displacements (J), mean of before and after.
+    /// Kinetic energy ½ Σ m v₋·v₊ at the moment of the displacements (J).
     pub(super) kinetic: f64,
-    /// Work of forces and held nodes (J) in the pass.
+    /// Work ½ h F·v₋ of forces and held nodes (J): the end of the step before.
     pub(super) external: f64,
-    /// Lost to damping in the pass (J).
+    /// Work ½ h F·v₊ of the same (J): the begin of the step that follows.
+    pub(super) external_ahead: f64,
+    /// Lost to damping (J), at the end of the step before.
     pub(super) damping: f64,
+    /// Lost to damping (J), at the begin of the step that follows.
+    pub(super) damping_ahead: f64,
     /// −½ Σ u·f: the strain energy (J) of linear bonds; only where it was asked for.
     pub(super) strain: f64,
     /// Bonds that broke.
@@ -49,26 +55,16 @@ struct Held {
 struct Loaded {
     element: usize,
     force: Vector3<f64>,
-    before: Vector3<f64>,
 }
 
-/// Sums of a row: external work, damping loss, kinetic energy after, −½ Σ u·f.
-type RowSums = [f64; 4];
+/// Sums of a row: external work behind and ahead, damping loss behind and ahead, kinetic energy, −½ Σ u·f.
+type RowSums = [f64; 6];
 
 impl Motion {
     pub(super) fn new(problem: &Problem, velocity: VectorField, step: f64, damping: f64) -> Self {
         let volume = problem.body.grid.spacing.powi(3);
         let per_mass = std::iter::once(0.0).chain(problem.regions.iter().map(|r| 1.0 / (r.density * volume))).collect();
-        let mut motion = Motion { velocity, per_mass, step, damping, kinetic_ahead: 0.0 };
-        motion.kinetic_ahead = motion.kinetic(problem);
-        motion
-    }
-
-    /// Kinetic energy of the velocities (J), summed node by node.
-    fn kinetic(&self, problem: &Problem) -> f64 {
-        let square = |node: usize| self.velocity.at(node).norm_squared();
-        let regions = problem.body.region.iter().enumerate().filter(|(_, r)| **r > 0);
-        regions.map(|(node, &r)| 0.5 * square(node) / self.per_mass[usize::from(r)]).sum()
+        Motion { velocity, per_mass, step, damping }
     }
 
     /// Advance displacements: u += Δt v.
@@ -106,10 +102,9 @@ impl Motion {
         };
         let [x, y, z] = &mut self.velocity.components;
         let (broken, sums) = bonds.sweep_breaking(u, problem.kinematics, [x, y, z], visit);
-        let [external, damping, kinetic, strain] =
-            sums.iter().fold([0.0; 4], |sum, row| std::array::from_fn(|i| sum[i] + row[i]));
-        let before = std::mem::replace(&mut self.kinetic_ahead, kinetic);
-        Pass { kinetic: 0.5 * (before + kinetic), external, damping, strain, broken }
+        let [external, external_ahead, damping, damping_ahead, kinetic, strain] =
+            sums.iter().fold([0.0; 6], |sum, row| std::array::from_fn(|i| sum[i] + row[i]));
+        Pass { kinetic, external, external_ahead, damping, damping_ahead, strain, broken }
     }
 }
 
@@ -129,15 +124,10 @@ struct RowKick<'a> {
 impl RowKick<'_> {
     fn advance(&self, row: usize, region: &[u16], force: [&[f64]; 3], mut velocity: [&mut [f64]; 3]) -> RowSums {
         let first = row * region.len();
-        let at = |element: usize, v: &[&mut [f64]; 3]| Vector3::new(v[0][element], v[1][element], v[2][element]);
-        let loaded: Vec<Loaded> = self
-            .loading
-            .forces(row, &self.now)
-            .map(|(node, force)| Loaded { element: node - first, force, before: at(node - first, &velocity) })
-            .collect();
+        let loaded: Vec<Loaded> =
+            self.loading.forces(row, &self.now).map(|(node, force)| Loaded { element: node - first, force }).collect();
         let held = self.held(row, first, &velocity);
-        let damped = self.kick.damping > 0.0;
-        let before: Option<[Vec<f64>; 3]> = damped.then(|| std::array::from_fn(|a| velocity[a].to_vec()));
+        let before: [Vec<f64>; 3] = std::array::from_fn(|a| velocity[a].to_vec());
 
         for (velocity, force) in velocity.iter_mut().zip(force) {
             self.kick.apply(velocity, force, region.iter().map(|&r| self.per_mass[usize::from(r)]));
@@ -150,15 +140,26 @@ impl RowKick<'_> {
         }
         held.iter().for_each(|h| velocity[h.axis][h.element] = h.after);
 
-        let mut sums = [0.0; 4];
+        let mut sums = [0.0; 6];
+        let mut work = |element: usize, axis: usize, force: f64| {
+            let (behind, ahead) = self.around(before[axis][element], velocity[axis][element]);
+            sums[0] += 0.5 * self.step * force * behind;
+            sums[1] += 0.5 * self.step * force * ahead;
+        };
         for load in &loaded {
-            sums[0] += 0.5 * load.force.dot(&(load.before + at(load.element, &velocity))) * self.kick.step;
+            (0..3).for_each(|a| work(load.element, a, load.force[a]));
         }
         for h in &held {
-            sums[0] += self.reaction_work(h, region, force, &loaded);
+            work(h.element, h.axis, self.reaction(h, region, force, &loaded));
         }
-        self.add_energies(&mut sums, first, region, force, &velocity, before.as_ref());
+        self.add_energies(&mut sums, first, region, force, &before, &velocity);
         sums
+    }
+
+    /// Velocities half a step before and after. The first kick is from the start: v₋ is what leads to v₊ through it.
+    fn around(&self, before: f64, after: f64) -> (f64, f64) {
+        let whole = self.kick.step == self.step;
+        (if whole { before } else { 2.0 * before - after }, after)
     }
 
     /// Prescribed components of a row: the velocity that brings a displacement to where it is to be after the step, or
@@ -175,38 +176,37 @@ impl RowKick<'_> {
         .collect()
     }
 
-    /// Work (J) of what holds a component: force m (v₊ − v₋)/h + α m v̄ − f on the path v̄ h, the loads' part not counted.
-    fn reaction_work(&self, h: &Held, region: &[u16], force: [&[f64]; 3], loaded: &[Loaded]) -> f64 {
+    /// Force (N) that holds a component: m (v₊ − v₋)/h + α m v̄ − f, the loads' part taken off.
+    fn reaction(&self, h: &Held, region: &[u16], force: [&[f64]; 3], loaded: &[Loaded]) -> f64 {
         let mass = 1.0 / self.per_mass[usize::from(region[h.element])];
-        let mean = 0.5 * (h.before + h.after);
         let load: f64 = loaded.iter().filter(|l| l.element == h.element).map(|l| l.force[h.axis]).sum();
-        let inertia = mass * (h.after - h.before) / self.kick.step + self.kick.damping * mass * mean;
-        (inertia - force[h.axis][h.element] - load) * mean * self.kick.step
+        let inertia = mass * (h.after - h.before) / self.kick.step;
+        inertia + self.kick.damping * mass * 0.5 * (h.before + h.after) - force[h.axis][h.element] - load
     }
 
-    /// Kinetic energy after the kick, loss to damping, and strain energy where it is asked for.
+    /// Kinetic energy, loss to damping, and strain energy where it is asked for.
     fn add_energies(
         &self,
         sums: &mut RowSums,
         first: usize,
         region: &[u16],
         force: [&[f64]; 3],
+        before: &[Vec<f64>; 3],
         velocity: &[&mut [f64]; 3],
-        before: Option<&[Vec<f64>; 3]>,
     ) {
         for (e, &r) in region.iter().enumerate().filter(|(_, r)| **r > 0) {
             let mass = 1.0 / self.per_mass[usize::from(r)];
             for a in 0..3 {
-                let after = velocity[a][e];
-                sums[2] += 0.5 * mass * after * after;
-                if let Some(before) = before {
-                    let mean = 0.5 * (before[a][e] + after);
-                    sums[1] += self.kick.damping * mass * mean * mean * self.kick.step;
-                }
+                let (behind, ahead) = self.around(before[a][e], velocity[a][e]);
+                sums[4] += 0.5 * mass * behind * ahead;
+                // −½ h F·v of the damping force F = −α m v̄.
+                let drag = 0.25 * self.step * self.kick.damping * mass * (before[a][e] + velocity[a][e]);
+                sums[2] += drag * behind;
+                sums[3] += drag * ahead;
             }
             if self.strain {
                 let u = self.u.at(first + e);
-                sums[3] -= 0.5 * (0..3).map(|a| u[a] * force[a][e]).sum::<f64>();
+                sums[5] -= 0.5 * (0..3).map(|a| u[a] * force[a][e]).sum::<f64>();
             }
         }
     }

@@ -1,5 +1,7 @@
 //! Equilibrium under loads that grow, bonds breaking on the way.
 
+use std::sync::Arc;
+
 use serde::Serialize;
 
 use super::loading::Loading;
@@ -7,11 +9,14 @@ use crate::experiment::problem::Problem;
 use crate::operator::grid::{Broken, GridBonds};
 use crate::operator::{Kinematics, VectorField};
 use crate::solver::Stopping;
-use crate::solver::grid::{Equilibrium, GridSolverReport, Method, Supports};
+use crate::solver::grid::{Equilibrium, GridSolverReport, Method, Prepared, Supports};
 use crate::{Error, Result};
 
 /// Equilibria of one load step at most; a body that still breaks then comes apart.
 const MOST_EQUILIBRIA: usize = 10_000;
+
+/// Iterations relative to those of the first solve with a preconditioner, above which it is set up anew.
+const POOR: f64 = 1.5;
 
 /// How a load step ended.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -56,9 +61,13 @@ impl Statics {
         let load = loading.force_field(nodes, &factors);
         let supports = Supports::new(&problem.body, loading.displacements(&factors))?;
         let (mut u, mut broken, mut equilibria) = (start, Broken::default(), 0);
+        // Set up anew for every load step, so that a run that is gone on with does the same, and where the bonds that broke
+        // since have made it poor.
+        let mut prepared = Arc::new(Prepared::new(&*bonds, &supports, self.method));
+        let mut first = None;
         loop {
             let report = {
-                let equilibrium = Equilibrium::new(&*bonds, &supports, self.method);
+                let equilibrium = Equilibrium::prepared(&*bonds, &supports, prepared.clone());
                 let (next, report) = match problem.kinematics {
                     Kinematics::Linear => equilibrium.solve(&load, u, &self.stopping)?,
                     Kinematics::Finite => {
@@ -77,6 +86,11 @@ impl Statics {
                 ));
             }
             let now = bonds.break_overstretched(&u, problem.kinematics);
+            let usual = *first.get_or_insert(report.iterations);
+            if now.count > 0 && report.iterations as f64 > POOR * usual as f64 {
+                prepared = Arc::new(Prepared::new(&*bonds, &supports, self.method));
+                first = None;
+            }
             broken = Broken { count: broken.count + now.count, energy: broken.energy + now.energy };
             if now.count == 0 {
                 let evidence = StaticEvidence { equilibria, broken: broken.count as u64, report };

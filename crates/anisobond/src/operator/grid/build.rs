@@ -1,7 +1,7 @@
 //! The bonds of a body, prepared for the kernels.
 
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use nalgebra::Matrix3;
 use rayon::prelude::*;
@@ -55,6 +55,8 @@ pub struct GridBonds<T: Real = f64> {
     pub(super) breakable: bool,
     /// K⁻¹ (1/m²) of a whole neighbourhood, of the nodal term.
     pub(super) shape_inverse: Matrix3<f64>,
+    /// The diagonal block of K (N/m) of nodes in the bulk, by stencil, once it has been asked for.
+    pub(super) bulk_block: Vec<OnceLock<Matrix3<f64>>>,
     /// Displacements between calls of the linear operator.
     pub(super) scratch: Mutex<Option<Padded<T>>>,
 }
@@ -118,6 +120,7 @@ impl<T: Real> GridBonds<T> {
             mixtures: vec![],
             special: vec![],
             special_from: vec![],
+            bulk_block: stencils.iter().map(|_| OnceLock::new()).collect(),
             scratch: Mutex::new(None),
             neighbourhood: neighbourhood.clone(),
             full: stencil.iter().all(|&s| s > 0),
@@ -296,7 +299,7 @@ impl<T: Real> GridBonds<T> {
 
     /// A word of bits.
     #[inline]
-    fn word(&self, row: usize, word: usize, slot: usize) -> T::Word {
+    pub(super) fn word(&self, row: usize, word: usize, slot: usize) -> T::Word {
         self.bits.slice()[(row * self.words + word) * self.layout.slots + slot]
     }
 

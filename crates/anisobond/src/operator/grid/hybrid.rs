@@ -8,8 +8,9 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use rayon::prelude::*;
 
 use super::build::GridBonds;
+use super::kernels::bit_of;
 use super::padded::Padded;
-use super::real::Real;
+use super::real::{Real, Word};
 use crate::tensor::{PAIRS, mandel_weight};
 
 /// Smallest eigenvalue of K, relative to the bulk's largest, below which a node's bonds leave its strain undefined;
@@ -49,8 +50,10 @@ impl<T: Real> GridBonds<T> {
     /// K⁻¹ (1/m²) of a node's unbroken bonds; zero where they do not fill space.
     fn inverse_shape(&self, node: usize) -> Matrix3<f64> {
         let n = self.row_nodes();
-        let (row, j) = (node / n, node % n % self.layout.length);
-        if self.whole[row * self.layout.length + j] && !self.is_special(node) {
+        let (row, e) = (node / n, node % n);
+        // All bonds are there, whatever their stencils.
+        let whole = self.whole[row * self.layout.length + e % self.layout.length] && !self.is_special(node);
+        if whole || self.degree(row, e) == self.half.bonds {
             return self.shape_inverse;
         }
         let mut shape = Matrix3::zeros();
@@ -144,14 +147,19 @@ impl<T: Real> GridBonds<T> {
 
     /// Visit the unbroken bonds of a node: half bond, whether the other end is at +ξ, the other end.
     pub(super) fn for_ends(&self, node: usize, mut visit: impl FnMut(usize, bool, usize)) {
-        let (row, e) = (node / self.row_nodes(), node % self.row_nodes());
-        for p in 0..self.half.len() {
-            for ahead in [true, false] {
-                let unbroken = if ahead { self.own_bit(row, e, p) } else { self.opposite_bit(row, e, p) };
-                let offset = if ahead { self.half.offset[p] } else { self.half.offset[p].map(|x| -x) };
-                if let Some(other) = self.node_at(row, e, offset).filter(|_| unbroken) {
-                    visit(p, ahead, other);
-                }
+        let (layout, n) = (&*self.layout, self.row_nodes());
+        let (row, slot) = (node / n, layout.slot(node % n));
+        for (p, &[dx, dy, dz]) in self.half.offset.iter().enumerate() {
+            let along = i64::from(dx) * layout.lanes as i64;
+            // A bit is set only where both ends exist.
+            if self.own_bit(row, node % n, p) {
+                let other = layout.element[(slot as i64 + along) as usize] as usize;
+                visit(p, true, layout.row_at(row, [dy, dz]) * n + other);
+            }
+            let (word, bit) = bit_of::<T::Word>(self.half.full[p], self.half.bonds / 2);
+            let (behind, from) = ((slot as i64 - along) as usize, layout.row_at(row, [-dy, -dz]));
+            if self.word(from, word, behind) & bit != T::Word::default() {
+                visit(p, false, from * n + layout.element[behind] as usize);
             }
         }
     }

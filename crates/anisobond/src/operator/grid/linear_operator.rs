@@ -34,14 +34,11 @@ impl<T: Real> GridOperator for GridBonds<T> {
     }
 
     fn diagonal_block(&self, node: usize) -> Matrix3<f64> {
-        let mut block = self.nodal_block(node);
-        self.for_bonds(node, |xi, k, own| {
-            // A bond to the node's own image never stretches.
-            if !own {
-                block += k * outer(&xi.normalize());
-            }
-        });
-        block
+        // The same bits for all nodes in the bulk of a stencil, whichever is first.
+        match self.bulk_block.get(usize::from(self.stencil[node]).wrapping_sub(1)) {
+            Some(block) if self.block_is_bulk(node) => *block.get_or_init(|| self.block_of(node)),
+            _ => self.block_of(node),
+        }
     }
 
     fn half_bonds(&self, node: usize, visit: &mut dyn FnMut(usize)) {
@@ -72,6 +69,9 @@ impl<T: Real> GridOperator for GridBonds<T> {
         if s == 0 {
             return 0.0;
         }
+        if self.is_bulk(node) {
+            return 1.0;
+        }
         let all: f64 = self.stencils[usize::from(s) - 1].stiffness.iter().map(|k| k.abs()).sum();
         let mut here = 0.0;
         self.for_bonds(node, |_, k, _| here += k.abs());
@@ -80,6 +80,34 @@ impl<T: Real> GridOperator for GridBonds<T> {
 }
 
 impl<T: Real> GridBonds<T> {
+    /// Whether all bonds of a node are there and lead to nodes of its own stencil.
+    pub(super) fn is_bulk(&self, node: usize) -> bool {
+        let (row, e) = (node / self.row_nodes(), node % self.row_nodes());
+        let whole = || self.whole[row * self.layout.length + e % self.layout.length];
+        self.stencil[node] > 0 && !self.is_special(node) && (whole() || self.degree(row, e) == self.half.bonds)
+    }
+
+    /// Whether a node's diagonal block is that of its stencil's bulk; nodal terms take part in their neighbours' blocks.
+    fn block_is_bulk(&self, node: usize) -> bool {
+        let mut bulk = self.is_bulk(node);
+        if bulk && self.has_nodal_term() {
+            self.for_ends(node, |_, _, other| bulk = bulk && self.is_bulk(other));
+        }
+        bulk
+    }
+
+    /// A node's diagonal block, bond by bond.
+    fn block_of(&self, node: usize) -> Matrix3<f64> {
+        let mut block = self.nodal_block(node);
+        self.for_bonds(node, |xi, k, own| {
+            // A bond to the node's own image never stretches.
+            if !own {
+                block += k * outer(&xi.normalize());
+            }
+        });
+        block
+    }
+
     /// Visit the unbroken bonds of a node: ξ (m, to the other end or from it), k (N/m), whether the other end is the
     /// node itself.
     pub(super) fn for_bonds(&self, node: usize, mut visit: impl FnMut(&nalgebra::Vector3<f64>, f64, bool)) {

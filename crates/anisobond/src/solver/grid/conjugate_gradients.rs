@@ -108,7 +108,7 @@ pub(super) fn conjugate_gradients(
                 return report;
             }
         }
-        report.applications += preconditioner.apply(&r, &mut z);
+        report.applications += preconditioner.apply(operator, &r, &mut z);
         free.project(&mut z);
         let rz = dot(&r, &z);
         scale_add(&mut p, if rz_last > 0.0 { rz / rz_last } else { 0.0 }, &z);

@@ -1,6 +1,10 @@
 //! Parts of a body held together by unbroken bonds.
 
+use std::sync::atomic::AtomicU32;
+use std::sync::atomic::Ordering::Relaxed;
+
 use nalgebra::Vector3;
+use rayon::prelude::*;
 
 use crate::lattice::Grid;
 use crate::operator::GridOperator;
@@ -68,24 +72,14 @@ impl ConnectedPart {
 /// The connected parts of a body, by their first nodes.
 pub fn connected_parts(operator: &dyn GridOperator) -> Vec<ConnectedPart> {
     let body = operator.body();
-    let mut parent: Vec<u32> = (0..body.grid.len() as u32).collect();
-    for node in (0..body.grid.len()).filter(|n| body.has(*n)) {
-        let mut own = root(&mut parent, node as u32);
-        operator.half_bonds(node, &mut |other| {
-            if parent[other] == own {
-                return;
-            }
-            let theirs = root(&mut parent, other as u32);
-            // The smaller number is the root, so that parts are ordered by their first nodes.
-            let (low, high) = (own.min(theirs), own.max(theirs));
-            parent[high as usize] = low;
-            own = low;
-        });
-    }
+    let parent: Vec<AtomicU32> = (0..body.grid.len() as u32).map(AtomicU32::new).collect();
+    (0..body.grid.len()).into_par_iter().with_min_len(1024).filter(|n| body.has(*n)).for_each(|node| {
+        operator.half_bonds(node, &mut |other| join(&parent, node as u32, other as u32));
+    });
     let mut number = vec![u32::MAX; body.grid.len()];
     let mut lists: Vec<Vec<u32>> = Vec::new();
     for node in (0..body.grid.len()).filter(|n| body.has(*n)) {
-        let first = root(&mut parent, node as u32) as usize;
+        let first = root(&parent, node as u32) as usize;
         if number[first] == u32::MAX {
             number[first] = lists.len() as u32;
             lists.push(Vec::new());
@@ -95,12 +89,29 @@ pub fn connected_parts(operator: &dyn GridOperator) -> Vec<ConnectedPart> {
     lists.into_iter().map(|nodes| ConnectedPart::new(nodes, &body.grid)).collect()
 }
 
-/// The root of a node's tree, halving the path to it.
-fn root(parent: &mut [u32], mut node: u32) -> u32 {
-    while parent[node as usize] != node {
-        let up = parent[parent[node as usize] as usize];
-        parent[node as usize] = up;
-        node = up;
+/// Put two nodes into one tree. A root only ever gets a smaller parent, so that the root of a part is its first node in
+/// whatever order threads join.
+fn join(parent: &[AtomicU32], a: u32, b: u32) {
+    let (mut a, mut b) = (root(parent, a), root(parent, b));
+    while a != b {
+        let (low, high) = (a.min(b), a.max(b));
+        match parent[high as usize].compare_exchange(high, low, Relaxed, Relaxed) {
+            Ok(_) => return,
+            Err(_) => (a, b) = (root(parent, low), root(parent, high)),
+        }
     }
-    node
+}
+
+/// The root of a node's tree, halving the path to it.
+fn root(parent: &[AtomicU32], mut node: u32) -> u32 {
+    loop {
+        let up = parent[node as usize].load(Relaxed);
+        if up == node {
+            return node;
+        }
+        let above = parent[up as usize].load(Relaxed);
+        // Fails only where another thread has put a higher ancestor there.
+        let _ = parent[node as usize].compare_exchange(up, above, Relaxed, Relaxed);
+        node = above;
+    }
 }

@@ -1,5 +1,7 @@
 //! Equilibrium of a body on a grid: checks, preconditioner, solution.
 
+use std::sync::Arc;
+
 use super::conjugate_gradients::{GridSolverReport, conjugate_gradients, reference};
 use super::free_modes::FreeModes;
 use super::multigrid::Smoothing;
@@ -37,28 +39,40 @@ pub struct Equilibrium<'a> {
     operator: &'a dyn GridOperator,
     supports: &'a Supports,
     free: FreeModes,
-    prepared: Prepared<'a>,
+    prepared: Arc<Prepared>,
 }
 
-/// What the method needs.
-enum Prepared<'a> {
-    Gradients(Box<dyn Preconditioner + 'a>),
+/// What a method needs of a body and its supports.
+pub enum Prepared {
+    /// Conjugate gradients with this preconditioner.
+    Gradients(Box<dyn Preconditioner>),
+    /// Relaxation with these node blocks.
     Relaxation(NodeBlocks),
+}
+
+impl Prepared {
+    /// Set up a method for a body and its supports, whose displacements do not matter.
+    pub fn new(operator: &dyn GridOperator, supports: &Supports, method: Method) -> Self {
+        match method {
+            Method::CoarseGrids(scheme, smoothing) => {
+                Prepared::Gradients(Box::new(TwoScale::new(operator, supports, scheme, smoothing)))
+            }
+            Method::NodeBlocks => Prepared::Gradients(Box::new(NodeBlocks::new(operator, supports))),
+            Method::Relaxation => Prepared::Relaxation(NodeBlocks::new(operator, supports)),
+        }
+    }
 }
 
 impl<'a> Equilibrium<'a> {
     /// Find free modes and set up the preconditioner. The supports' displacements do not matter to either: see
     /// [`Equilibrium::with_supports`].
     pub fn new(operator: &'a dyn GridOperator, supports: &'a Supports, method: Method) -> Self {
-        let free = FreeModes::new(operator, supports);
-        let prepared = match method {
-            Method::CoarseGrids(scheme, smoothing) => {
-                Prepared::Gradients(Box::new(TwoScale::new(operator, supports, scheme, smoothing)))
-            }
-            Method::NodeBlocks => Prepared::Gradients(Box::new(NodeBlocks::new(operator, supports))),
-            Method::Relaxation => Prepared::Relaxation(NodeBlocks::new(operator, supports)),
-        };
-        Equilibrium { operator, supports, free, prepared }
+        Equilibrium::prepared(operator, supports, Arc::new(Prepared::new(operator, supports, method)))
+    }
+
+    /// With what was prepared for the same supports, of this body or before it lost a few bonds; free modes are found anew.
+    pub fn prepared(operator: &'a dyn GridOperator, supports: &'a Supports, prepared: Arc<Prepared>) -> Self {
+        Equilibrium { operator, supports, free: FreeModes::new(operator, supports), prepared }
     }
 
     /// The same body with other displacements of the same supports ([`Supports::scaled`]).
@@ -73,7 +87,7 @@ impl<'a> Equilibrium<'a> {
 
     /// The preconditioner.
     pub fn preconditioner(&self) -> &dyn Preconditioner {
-        match &self.prepared {
+        match &*self.prepared {
             Prepared::Gradients(p) => &**p,
             Prepared::Relaxation(blocks) => blocks,
         }
@@ -93,7 +107,7 @@ impl<'a> Equilibrium<'a> {
     ) -> Result<(VectorField, GridSolverReport)> {
         self.check(load)?;
         let mut u = start;
-        let report = match &self.prepared {
+        let report = match &*self.prepared {
             Prepared::Gradients(p) => {
                 conjugate_gradients(self.operator, load, self.supports, &self.free, &**p, &mut u, stopping)
             }
@@ -125,7 +139,7 @@ impl<'a> Equilibrium<'a> {
         let scale = self.scale(load);
         let residual = self.residual(forces, load);
         let mut u = start;
-        let report = match &self.prepared {
+        let report = match &*self.prepared {
             Prepared::Gradients(p) => {
                 let mut rest = VectorField::zeros(load.len());
                 residual(&u, &mut rest);
@@ -135,7 +149,8 @@ impl<'a> Equilibrium<'a> {
                 let linear = conjugate_gradients(self.operator, &rest, &rise, &self.free, &**p, &mut step, &first);
                 add_scaled(&mut u, 1.0, &step);
                 self.supports.impose(&mut u);
-                let mut report = nonlinear_gradients(residual, &**p, &self.free, scale, &mut u, stopping);
+                let mut report =
+                    nonlinear_gradients(self.operator, residual, &**p, &self.free, scale, &mut u, stopping);
                 report.iterations += linear.iterations;
                 report.applications += linear.applications + 1;
                 report

@@ -18,7 +18,7 @@ mod transfer;
 mod vectors;
 
 pub use conjugate_gradients::{Ending, GridSolverReport};
-pub use equilibrium::{Equilibrium, Method};
+pub use equilibrium::{Equilibrium, Method, Prepared};
 pub use free_modes::FreeModes;
 pub use load_steps::{Breaking, LoadStep, load_steps};
 pub use multigrid::Smoothing;

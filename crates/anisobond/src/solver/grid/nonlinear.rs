@@ -4,7 +4,7 @@ use super::conjugate_gradients::{Ending, GridSolverReport};
 use super::free_modes::FreeModes;
 use super::preconditioner::Preconditioner;
 use super::vectors::{add_scaled, dot, norm, scale_add};
-use crate::operator::VectorField;
+use crate::operator::{GridOperator, VectorField};
 use crate::solver::Stopping;
 
 /// Iterations without a new least residual after which a solve has stagnated.
@@ -21,6 +21,7 @@ const SEARCHED: f64 = 0.1;
 /// Directions by Polak and Ribière, restarted where they do not descend; steps by the secant of the residual along the
 /// direction, so that no tangent is needed.
 pub(super) fn nonlinear_gradients(
+    operator: &dyn GridOperator,
     residual: impl Fn(&VectorField, &mut VectorField),
     preconditioner: &dyn Preconditioner,
     free: &FreeModes,
@@ -58,7 +59,7 @@ pub(super) fn nonlinear_gradients(
             return report;
         }
         std::mem::swap(&mut z, &mut z_last);
-        report.applications += preconditioner.apply(&r, &mut z);
+        report.applications += preconditioner.apply(operator, &r, &mut z);
         free.project(&mut z);
         let rz = dot(&r, &z);
         let beta = if rz_last > 0.0 { ((rz - dot(&r, &z_last)) / rz_last).max(0.0) } else { 0.0 };

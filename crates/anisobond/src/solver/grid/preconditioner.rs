@@ -16,9 +16,10 @@ use crate::tensor::Stiffness;
 const SUPPORT: f64 = 4.0;
 
 /// An approximate inverse of K: symmetric, positive on free components, zero on prescribed ones.
-pub trait Preconditioner: Sync {
-    /// z = M⁻¹ r; returns how often K was applied.
-    fn apply(&self, r: &VectorField, z: &mut VectorField) -> usize;
+pub trait Preconditioner: Send + Sync {
+    /// z = M⁻¹ r; returns how often K was applied. The operator may have lost bonds since the set-up: M⁻¹ is then a poorer
+    /// approximation, and still symmetric and positive.
+    fn apply(&self, operator: &dyn GridOperator, r: &VectorField, z: &mut VectorField) -> usize;
 }
 
 /// The inverse of every node's own 3×3 block.
@@ -64,7 +65,12 @@ impl NodeBlocks {
         &self.inverse[self.kind[node] as usize]
     }
 
-    /// z = s D⁻¹ r + add(row, i), row by row.
+    /// z = D⁻¹ r.
+    pub fn times(&self, r: &VectorField, z: &mut VectorField) {
+        self.apply_rows(1.0, r, z, None);
+    }
+
+    /// z = s D⁻¹ r + P x of a coarse x, row by row.
     fn apply_rows(&self, s: f64, r: &VectorField, z: &mut VectorField, coarse: Option<(&Transfer, &[[f64; 3]])>) {
         let row = self.row;
         let [z1, z2, z3] = &mut z.components;
@@ -90,8 +96,8 @@ impl NodeBlocks {
 }
 
 impl Preconditioner for NodeBlocks {
-    fn apply(&self, r: &VectorField, z: &mut VectorField) -> usize {
-        self.apply_rows(1.0, r, z, None);
+    fn apply(&self, _: &dyn GridOperator, r: &VectorField, z: &mut VectorField) -> usize {
+        self.times(r, z);
         0
     }
 }
@@ -139,8 +145,7 @@ impl Default for Scheme {
 ///
 /// The coarse grids are elements of local elasticity at spacings 2Δ, 4Δ, … with the regions' bulk tensors, weighed by
 /// the share of each region and by how whole its nodes' bonds are.
-pub struct TwoScale<'a> {
-    operator: &'a dyn GridOperator,
+pub struct TwoScale {
     supports: Supports,
     blocks: NodeBlocks,
     transfer: Transfer,
@@ -148,9 +153,9 @@ pub struct TwoScale<'a> {
     scheme: Scheme,
 }
 
-impl<'a> TwoScale<'a> {
+impl TwoScale {
     /// For an operator and its supports.
-    pub fn new(operator: &'a dyn GridOperator, supports: &Supports, scheme: Scheme, smoothing: Smoothing) -> Self {
+    pub fn new(operator: &dyn GridOperator, supports: &Supports, scheme: Scheme, smoothing: Smoothing) -> Self {
         let grid = &operator.body().grid;
         let wraps = std::array::from_fn(|a| grid.periodic[a] || grid.nodes[a] == 1);
         let transfer = Transfer::new(grid.nodes, wraps);
@@ -164,7 +169,7 @@ impl<'a> TwoScale<'a> {
         let finest = Hexahedra::new(transfer.coarse(), elements, edges, parts, support, &tensors);
         let multigrid = Multigrid::new(finest, &tensors, smoothing);
         let blocks = NodeBlocks::new(operator, supports);
-        TwoScale { operator, supports: supports.clone(), blocks, transfer, multigrid, scheme }
+        TwoScale { supports: supports.clone(), blocks, transfer, multigrid, scheme }
     }
 
     /// A⁻¹ Pᵀ r.
@@ -174,9 +179,9 @@ impl<'a> TwoScale<'a> {
     }
 
     /// Zero on prescribed components and empty nodes.
-    fn clear(&self, z: &mut VectorField) {
+    fn clear(&self, operator: &dyn GridOperator, z: &mut VectorField) {
         self.supports.clear(z);
-        let region = &self.operator.body().region;
+        let region = &operator.body().region;
         for z in &mut z.components {
             z.par_iter_mut().zip(region).with_min_len(4096).for_each(|(z, region)| {
                 if *region == 0 {
@@ -187,27 +192,27 @@ impl<'a> TwoScale<'a> {
     }
 }
 
-impl Preconditioner for TwoScale<'_> {
-    fn apply(&self, r: &VectorField, z: &mut VectorField) -> usize {
+impl Preconditioner for TwoScale {
+    fn apply(&self, operator: &dyn GridOperator, r: &VectorField, z: &mut VectorField) -> usize {
         match self.scheme {
             Scheme::Additive { weight } => {
                 let coarse = self.coarse(r);
                 self.blocks.apply_rows(weight, r, z, Some((&self.transfer, &coarse)));
-                self.clear(z);
+                self.clear(operator, z);
                 0
             }
             Scheme::Multiplicative { weight } => {
                 self.blocks.apply_rows(weight, r, z, None);
                 let mut rest = VectorField::zeros(r.len());
-                self.operator.forces(z, &mut rest);
+                operator.forces(z, &mut rest);
                 super::vectors::add_scaled(&mut rest, 1.0, r);
                 self.supports.clear(&mut rest);
                 let coarse = self.coarse(&rest);
                 let mut step = VectorField::zeros(r.len());
                 self.blocks.apply_rows(0.0, r, &mut step, Some((&self.transfer, &coarse)));
-                self.clear(&mut step);
+                self.clear(operator, &mut step);
                 super::vectors::add_scaled(z, 1.0, &step);
-                self.operator.forces(z, &mut rest);
+                operator.forces(z, &mut rest);
                 super::vectors::add_scaled(&mut rest, 1.0, r);
                 self.blocks.apply_rows(weight, &rest, &mut step, None);
                 super::vectors::add_scaled(z, 1.0, &step);

@@ -23,7 +23,6 @@ pub(super) fn relax(
     u: &mut VectorField,
     stopping: &Stopping,
 ) -> GridSolverReport {
-    use super::preconditioner::Preconditioner;
     let n = u.len();
     let (mut r, mut a, mut v) = (VectorField::zeros(n), VectorField::zeros(n), VectorField::zeros(n));
     let mut report = GridSolverReport { iterations: 0, applications: 0, residual: 0.0, ending: Ending::Converged };
@@ -51,7 +50,7 @@ pub(super) fn relax(
             report.ending = if since > PATIENCE { Ending::Stagnated } else { Ending::MostIterations };
             return report;
         }
-        blocks.apply(&r, &mut a);
+        blocks.times(&r, &mut a);
         free.project(&mut a);
         // Work of the residual forces along the motion: its sign change is the peak of the kinetic energy.
         let power = dot(&r, &v);

@@ -1,0 +1,79 @@
+//! What a run would take, from a few passes over its bonds.
+
+use std::time::Instant;
+
+use serde::Serialize;
+
+use super::loading::Loading;
+use super::motion::Motion;
+use super::{assemble, damping_of, require_nodes, time_step};
+use crate::Result;
+use crate::experiment::problem::{Problem, Schedule};
+use crate::operator::{GridOperator, VectorField};
+
+/// Passes that are timed, and others before them.
+const PASSES: usize = 3;
+const BEFORE: usize = 1;
+
+/// Passes over the bonds that the solution of one load step takes where none breaks: about 70 iterations, each with coarse
+/// grids and sums of vectors that take as long as the bonds.
+const PASSES_PER_LOAD_STEP: f64 = 150.0;
+
+/// Steps of a run and the time that they would take on this machine.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct RunCost {
+    /// Largest stable time step (s); `None` in equilibrium.
+    pub stable_step_s: Option<f64>,
+    /// Time step of the run (s); `None` in equilibrium.
+    pub step_s: Option<f64>,
+    /// Time steps, or load steps.
+    pub steps: u64,
+    /// Expected time (s), output not counted; in equilibrium of load steps in which no bond breaks.
+    pub expected_seconds: f64,
+}
+
+impl RunCost {
+    /// Calibrate the bonds of a problem and time a few passes over them.
+    ///
+    /// # Errors
+    /// What would keep the problem from being run: no nodes, materials that cannot be calibrated, conditions that
+    /// contradict each other, no density, a step above the stable one.
+    pub fn of(problem: &Problem) -> Result<Self> {
+        require_nodes(problem)?;
+        let (mut bonds, _) = assemble::bonds(problem)?;
+        let loading = Loading::new(problem)?;
+        let still = VectorField::zeros(problem.body.grid.len());
+        match problem.schedule {
+            Schedule::Motion { duration, .. } => {
+                let evidence = time_step(problem, &bonds)?;
+                let mut motion = Motion::new(problem, still, evidence.step, damping_of(&problem.schedule));
+                let mut u = bonds.padded();
+                let seconds = per_pass(|| {
+                    motion.drift(&mut u);
+                    motion.kick(problem, &loading, &mut bonds, &u, (0.0, evidence.step), false);
+                });
+                let steps = evidence.steps_in(duration);
+                Ok(RunCost {
+                    stable_step_s: Some(evidence.stable),
+                    step_s: Some(evidence.step),
+                    steps,
+                    expected_seconds: steps as f64 * seconds,
+                })
+            }
+            Schedule::Equilibrium { steps, .. } => {
+                let mut forces = still.clone();
+                let seconds = per_pass(|| bonds.forces(&still, &mut forces));
+                let expected_seconds = steps as f64 * PASSES_PER_LOAD_STEP * seconds;
+                Ok(RunCost { stable_step_s: None, step_s: None, steps: steps as u64, expected_seconds })
+            }
+        }
+    }
+}
+
+/// Seconds of one pass, the mean of a few.
+fn per_pass(mut pass: impl FnMut()) -> f64 {
+    (0..BEFORE).for_each(|_| pass());
+    let start = Instant::now();
+    (0..PASSES).for_each(|_| pass());
+    start.elapsed().as_secs_f64() / PASSES as f64
+}
