@@ -22,5 +22,7 @@ pub use problem::{
     Condition, Crack, FieldName, FractureEnergy, History, OutputPlan, Probe, Problem, Quantity, RegionMaterial,
     Schedule, Slice, Softening,
 };
-pub use simulation::{Ledger, RegionEvidence, SavedState, Simulation, SpeedFit, StaticEvidence, StepEvidence};
+pub use simulation::{
+    CrackPath, CrackPoint, Ledger, RegionEvidence, SavedState, Simulation, StaticEvidence, StepEvidence,
+};
 pub use verification::{Finding, Verdict};
