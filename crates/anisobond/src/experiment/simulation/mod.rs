@@ -38,7 +38,7 @@ const START_TOLERANCE: f64 = 1e-8;
 const DRIFT: f64 = 0.02;
 
 /// How often a motion's cracks are looked at, while they grow.
-const LOOKS: u64 = 250;
+const LOOKS: u64 = 100;
 
 /// The time step of a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
