@@ -36,7 +36,7 @@ TEXT
   run glass-half glass-branching --set motion.safety=0.45
   printf '\n## Kalthoff and Winkler\n\n'
   run kalthoff kalthoff
-  for angle in 15 30 45; do
+  for angle in 20 30; do
     sin=$(awk "BEGIN { print sin($angle * atan2(0, -1) / 180) }")
     cos=$(awk "BEGIN { print cos($angle * atan2(0, -1) / 180) }")
     printf '\n## Weak direction at %s° (%s, %s)\n\n' "$angle" "$cos" "$sin"
