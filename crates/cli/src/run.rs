@@ -79,13 +79,13 @@ fn describe(s: &RunSummary, folder: &str) -> String {
     if e.broken_bonds > 0 {
         out += &format!("broken bonds      {}, largest damage {:.3}\n", e.broken_bonds, s.largest_damage);
     }
-    if let Some(c) = &s.crack_speed {
-        out += &format!(
-            "crack             {} m long, {} m/s (largest {} m/s)\n",
-            n(c.length),
-            n(c.speed),
-            n(c.largest_speed)
-        );
+    for c in &s.cracks {
+        out += &format!("crack             {} m long, {} nodes", n(c.length), c.nodes);
+        if let (Some(speed), Some(largest)) = (c.speed, c.largest_speed) {
+            out += &format!(", {} m/s (largest {} m/s)", n(speed), n(largest));
+        }
+        let [x, y, z] = c.direction;
+        out += &format!(", along ({x:.3}, {y:.3}, {z:.3})\n");
     }
     out += &format!("{:.1} s; results in {folder}\n", s.seconds);
     out

@@ -22,5 +22,7 @@ pub use problem::{
     Condition, Crack, FieldName, FractureEnergy, History, OutputPlan, Probe, Problem, Quantity, RegionMaterial,
     Schedule, Slice, Softening,
 };
-pub use simulation::{Ledger, RegionEvidence, RunCost, SavedState, Simulation, SpeedFit, StaticEvidence, StepEvidence};
+pub use simulation::{
+    CrackPath, CrackPoint, Ledger, RegionEvidence, RunCost, SavedState, Simulation, StaticEvidence, StepEvidence,
+};
 pub use verification::{Finding, Verdict};

@@ -1,5 +1,7 @@
 //! From materials to stencils: calibration, surfaces, critical stretches.
 
+use std::collections::HashMap;
+
 use serde::Serialize;
 
 use crate::calibration::{
@@ -58,6 +60,12 @@ fn calibrate(problem: &Problem) -> Result<(Vec<RegionBonds>, Vec<RegionEvidence>
             ));
         }
     };
+    if problem.softening != Softening::Brittle && problem.regions.iter().any(|r| r.fracture.is_some()) {
+        return Err(Error::input(
+            "bonds that soften do not run on grids: theirs break at once",
+            "use softening = \"brittle\", which takes the same fracture energy",
+        ));
+    }
     let calibrator = ModelCalibrator::new(&problem.neighbourhood, settings)?;
     let mut bonds = Vec::with_capacity(problem.regions.len());
     let mut evidence = Vec::with_capacity(problem.regions.len());
@@ -80,7 +88,7 @@ fn calibrate(problem: &Problem) -> Result<(Vec<RegionBonds>, Vec<RegionEvidence>
     Ok((bonds, evidence))
 }
 
-/// Critical stretches of a region's bonds (the onset of softening where they soften).
+/// Critical stretches of a region's bonds.
 fn critical(
     problem: &Problem,
     region: &RegionMaterial,
@@ -105,11 +113,7 @@ fn critical(
             CriticalStretches::directional(neighbourhood, micromodulus, planes, |n| energy.at(n))?
         }
     };
-    let critical = match problem.softening {
-        Softening::Brittle => stretches.stretch,
-        Softening::Linear { ratio } => stretches.onset(ratio)?,
-    };
-    Ok((critical, Some(stretches.report)))
+    Ok((stretches.stretch, Some(stretches.report)))
 }
 
 /// Cracks in a body of one periodic layer contain the normal of the layer.
@@ -138,11 +142,32 @@ pub(super) fn bonds(problem: &Problem) -> Result<(GridBonds<f64>, Vec<RegionEvid
     } else {
         (problem.body.region.clone(), bulk)
     };
+    let (of_node, stencils) = spare(problem, of_node, stencils)?;
     let mut bonds = GridBonds::new(problem.body.clone(), neighbourhood, of_node, stencils)?;
     for crack in &problem.cracks {
         bonds.cut(|p, q| crack.cuts(p, q));
     }
     Ok((bonds, evidence))
+}
+
+/// Stencils of critical stretch ∞ for nodes whose bonds never break: the mean with whatever the other end says is ∞ too.
+fn spare(problem: &Problem, mut of_node: Vec<u16>, mut stencils: Vec<Stencil>) -> Result<(Vec<u16>, Vec<Stencil>)> {
+    let breaks = |s: &Stencil| s.critical.iter().any(|c| c.is_finite());
+    let mut spared: HashMap<u16, u16> = HashMap::new();
+    for &node in &problem.unbreakable {
+        let own = of_node[node as usize];
+        if own == 0 || !breaks(&stencils[usize::from(own) - 1]) {
+            continue;
+        }
+        let next = u16::try_from(stencils.len() + 1)
+            .map_err(|_| Error::input("more than 65 535 kinds of nodes", "set surface_calibration = false"))?;
+        of_node[node as usize] = *spared.entry(own).or_insert(next);
+        if of_node[node as usize] == next {
+            let critical = vec![f64::INFINITY; problem.neighbourhood.bonds().len()];
+            stencils.push(Stencil { critical, ..stencils[usize::from(own) - 1].clone() });
+        }
+    }
+    Ok((of_node, stencils))
 }
 
 /// Whether no pre-crack cuts a bond of a node.

@@ -3,6 +3,7 @@
 mod assemble;
 mod cost;
 mod crack;
+mod crack_path;
 mod ledger;
 mod loading;
 mod measure;
@@ -10,13 +11,12 @@ mod motion;
 mod saved;
 mod statics;
 
-use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 pub use self::assemble::RegionEvidence;
 pub use self::cost::RunCost;
 use self::crack::CrackFront;
-pub use self::crack::SpeedFit;
+pub use self::crack_path::{CrackPath, CrackPoint};
 pub use self::ledger::Ledger;
 use self::loading::Loading;
 use self::motion::{Motion, Pass};
@@ -39,8 +39,8 @@ const START_TOLERANCE: f64 = 1e-8;
 /// Drift of the energy relative to the largest energy above which a run is warned of.
 const DRIFT: f64 = 0.02;
 
-/// Steps after which numbers are checked to be numbers, where nothing else asks for energies.
-const CHECK_EVERY: u64 = 64;
+/// How often a motion's cracks are looked at, while they grow.
+const LOOKS: u64 = 100;
 
 /// The time step of a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -193,7 +193,7 @@ impl Simulation {
     fn advance_motion(&mut self) -> Result<()> {
         let next = self.step + 1;
         let every = self.problem.output.probe_every.max(1) as u64;
-        let measured = next.is_multiple_of(every) || next == self.steps || next.is_multiple_of(CHECK_EVERY);
+        let measured = next.is_multiple_of(every) || next == self.steps;
         if let Stage::Motion { motion, evidence, last } = &mut self.stage {
             // What lay ahead of the last pass is now behind.
             self.ledger.external += last.external_ahead;
@@ -204,11 +204,9 @@ impl Simulation {
         }
         self.step = next;
         self.settle_ledger(measured);
-        if measured {
-            self.check_numbers()?;
-            if self.bonds.breakable() {
-                self.crack.look(&self.bonds, self.time());
-            }
+        self.check_numbers()?;
+        if next.is_multiple_of((self.steps / LOOKS).max(1)) || next == self.steps {
+            self.crack.look(&self.bonds, self.time(), self.ledger.broken_bonds);
         }
         Ok(())
     }
@@ -258,7 +256,7 @@ impl Simulation {
         self.ledger.fracture += settled.broken.energy;
         self.ledger.broken_bonds += settled.broken.count as u64;
         self.ledger.external += self.work_since(&before, factor);
-        self.crack.look(&self.bonds, self.time());
+        self.crack.look(&self.bonds, self.time(), self.ledger.broken_bonds);
         Ok(())
     }
 
@@ -386,14 +384,9 @@ impl Simulation {
         }
     }
 
-    /// Where the crack has been, and when: nodes (m) in the order in which they were found damaged.
-    pub fn crack_path(&self) -> Vec<(Vector3<f64>, f64)> {
-        self.crack.path(&self.problem.body.grid)
-    }
-
-    /// How fast the crack's tip moved.
-    pub fn crack_speed(&self) -> Option<SpeedFit> {
-        if self.is_motion() { self.crack.speed(&self.problem.body.grid) } else { None }
+    /// The cracks that have grown, the longest first.
+    pub fn cracks(&self) -> Vec<CrackPath> {
+        self.crack.paths(&self.problem.body.grid, self.is_motion())
     }
 
     /// Everything that is needed to go on.

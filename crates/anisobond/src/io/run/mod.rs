@@ -14,7 +14,7 @@ use self::frames::Frames;
 pub use self::summary::RunSummary;
 use super::results::{Checkpoints, ProbeTable};
 use super::write_atomically;
-use crate::experiment::{Ledger, Problem, Simulation};
+use crate::experiment::{CrackPath, CrackPoint, Ledger, Problem, Simulation};
 use crate::{Error, Result};
 
 /// What the user wants of a run.
@@ -249,15 +249,11 @@ impl Run {
 
     fn finish(mut self) -> Result<RunSummary> {
         self.probes.flush()?;
-        let summary = RunSummary::new(&self.simulation, self.seconds(), self.warnings);
+        let cracks = self.simulation.cracks();
+        let summary = RunSummary::new(&self.simulation, &cracks, self.seconds(), self.warnings);
         self.frames.finish(&self.simulation)?;
-        let crack = self.simulation.crack_path();
-        if !crack.is_empty() {
-            let mut text = String::from("x_m,y_m,z_m,time\n");
-            for (at, time) in &crack {
-                text += &format!("{:?},{:?},{:?},{time:?}\n", at.x, at.y, at.z);
-            }
-            write_atomically(self.folder.join("crack.csv"), text)?;
+        if !cracks.is_empty() {
+            write_atomically(self.folder.join("crack.csv"), crack_table(&cracks, self.simulation.is_motion()))?;
         }
         let json = serde_json::to_string_pretty(&summary).map_err(|e| Error::file("write", &self.folder, e.into()))?;
         write_atomically(self.folder.join("summary.json"), json + "\n")?;
@@ -266,9 +262,25 @@ impl Run {
     }
 }
 
+/// The nodes of cracks, numbered from the longest on.
+fn crack_table(cracks: &[CrackPath], motion: bool) -> String {
+    let mut text = format!("crack,x_m,y_m,z_m,{},way_m\n", time_column(motion));
+    for (number, crack) in cracks.iter().enumerate() {
+        for CrackPoint { place, time, way } in &crack.points {
+            text += &format!("{},{:?},{:?},{:?},{time:?},{way:?}\n", number + 1, place.x, place.y, place.z);
+        }
+    }
+    text
+}
+
+/// Name of the column of time.
+fn time_column(motion: bool) -> &'static str {
+    if motion { "time_s" } else { "load_factor" }
+}
+
 /// Names of the columns of the probes.
 fn columns(simulation: &Simulation) -> Vec<String> {
-    let mut columns = vec![if simulation.is_motion() { "time_s" } else { "load_factor" }.to_string()];
+    let mut columns = vec![time_column(simulation.is_motion()).to_string()];
     columns.extend(Ledger::COLUMNS.map(String::from));
     for probe in &simulation.problem().probes {
         columns.extend(probe.quantity.columns().iter().map(|c| format!("{}_{c}", probe.name)));

@@ -2,7 +2,10 @@
 
 use serde::Serialize;
 
-use crate::experiment::{Ledger, RegionEvidence, Simulation, SpeedFit, StaticEvidence, StepEvidence};
+use crate::experiment::{CrackPath, Ledger, RegionEvidence, Simulation, StaticEvidence, StepEvidence};
+
+/// Cracks told of.
+const MOST_CRACKS: usize = 10;
 
 /// The end of a run.
 #[derive(Clone, Debug, Serialize)]
@@ -29,8 +32,8 @@ pub struct RunSummary {
     pub relative_drift: f64,
     /// Largest damage of a node (–).
     pub largest_damage: f64,
-    /// How the crack's tip moved, where one did.
-    pub crack_speed: Option<SpeedFit>,
+    /// Cracks that have grown, the longest first, ten at most.
+    pub cracks: Vec<CrackPath>,
     /// Seconds of wall time, all sessions together.
     pub seconds: f64,
     /// What to look at.
@@ -38,8 +41,8 @@ pub struct RunSummary {
 }
 
 impl RunSummary {
-    /// The summary of a run that has ended.
-    pub fn new(simulation: &Simulation, seconds: f64, mut warnings: Vec<String>) -> Self {
+    /// The summary of a run that has ended, with its cracks.
+    pub fn new(simulation: &Simulation, cracks: &[CrackPath], seconds: f64, mut warnings: Vec<String>) -> Self {
         let energy = *simulation.ledger();
         let relative_drift = energy.relative_drift();
         warnings.extend(simulation.drift_warning());
@@ -55,7 +58,7 @@ impl RunSummary {
             energy,
             relative_drift,
             largest_damage: simulation.largest_damage(),
-            crack_speed: simulation.crack_speed(),
+            cracks: cracks.iter().take(MOST_CRACKS).cloned().collect(),
             seconds,
             warnings,
         }
