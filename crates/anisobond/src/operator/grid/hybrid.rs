@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::build::GridBonds;
 use super::kernels::bit_of;
 use super::padded::Padded;
-use super::real::{Real, Word};
+use super::real::Real;
 use crate::tensor::{PAIRS, mandel_weight};
 
 /// Smallest eigenvalue of K, relative to the bulk's largest, below which a node's bonds leave its strain undefined;
