@@ -227,13 +227,16 @@ impl Simulation {
         }
     }
 
-    /// Names the first node whose numbers are none.
+    /// Names the first node whose numbers are none, or the fastest where only the energy has overflowed.
     fn check_numbers(&self) -> Result<()> {
         let Stage::Motion { motion, .. } = &self.stage else { return Ok(()) };
         if self.ledger.kinetic.is_finite() && self.ledger.strain.is_finite() {
             return Ok(());
         }
-        let bad = (0..motion.velocity.len()).find(|&node| !motion.velocity.at(node).iter().all(|v| v.is_finite()));
+        let fastness = |node: &usize| motion.velocity.at(*node).amax();
+        let nodes = 0..motion.velocity.len();
+        let bad = nodes.clone().find(|node| !motion.velocity.at(*node).iter().all(|v| v.is_finite()));
+        let bad = bad.or_else(|| nodes.max_by(|a, b| fastness(a).total_cmp(&fastness(b))));
         let place = bad.map(|node| self.problem.body.grid.position(node));
         let place = place.map_or(String::new(), |p| format!(" at ({:.4e}, {:.4e}, {:.4e}) m", p.x, p.y, p.z));
         Err(Error::input(
