@@ -64,7 +64,7 @@ fn pass<T: Real>(n: usize, kernel: Kernel) -> (f64, f64) {
             }
         }
     };
-    let seconds = best(7, || match kernel {
+    let seconds = best(25, || match kernel {
         Kernel::Breaking => {
             let (broken, _) = bonds.sweep_breaking(&u, Kinematics::Finite, [x, y, z], kick);
             assert_eq!(broken.count, 0);

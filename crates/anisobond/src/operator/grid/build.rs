@@ -303,20 +303,25 @@ impl<T: Real> GridBonds<T> {
         self.bits.slice()[(row * self.words + word) * self.layout.slots + slot]
     }
 
+    /// Whether half bond p of the node at a slot of a row, or of the row of zeros, is unbroken.
+    #[inline]
+    pub(super) fn bit_at(&self, row: usize, slot: usize, p: usize) -> bool {
+        let (word, bit) = bit_of::<T::Word>(self.half.full[p], self.half.bonds / 2);
+        self.word(row, word, slot) & bit != T::Word::default()
+    }
+
     /// Whether half bond p of an element is unbroken.
     #[inline]
     pub(super) fn own_bit(&self, row: usize, element: usize, p: usize) -> bool {
-        let (word, bit) = bit_of::<T::Word>(self.half.full[p], self.half.bonds / 2);
-        self.word(row, word, self.layout.slot(element)) & bit != T::Word::default()
+        self.bit_at(row, self.layout.slot(element), p)
     }
 
     /// Whether the bond at −ξ of half bond p, a half bond of the node there, is unbroken.
     #[inline]
     pub(super) fn opposite_bit(&self, row: usize, element: usize, p: usize) -> bool {
         let [dx, dy, dz] = self.half.offset[p];
-        let (word, bit) = bit_of::<T::Word>(self.half.full[p], self.half.bonds / 2);
         let slot = self.layout.slot(element) as i64 - i64::from(dx) * self.layout.lanes as i64;
-        self.word(self.layout.row_at(row, [-dy, -dz]), word, slot as usize) & bit != T::Word::default()
+        self.bit_at(self.layout.row_at(row, [-dy, -dz]), slot as usize, p)
     }
 
     /// Break half bonds p of nodes.

@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 use super::build::GridBonds;
+use super::layout::NONE;
 use super::padded::Padded;
 use super::real::Real;
 use crate::operator::Kinematics;
@@ -43,20 +44,43 @@ impl<T: Real> GridBonds<T> {
 
     /// Share of each node's original bonds that are broken or cut (–); zero where there is no node.
     pub fn damage(&self) -> Vec<f64> {
-        let n = self.row_nodes();
-        let of = |node: usize| {
-            if self.stencil[node] == 0 {
-                return 0.0;
-            }
-            let (row, e) = (node / n, node % n);
-            if self.whole[row * self.layout.length + e % self.layout.length] && !self.is_special(node) {
-                return 0.0;
-            }
-            let ends = self.half.offset.iter().flat_map(|&offset| [offset, offset.map(|x| -x)]);
-            let original = ends.filter(|&offset| self.node_at(row, e, offset).is_some()).count();
-            if original == 0 { 0.0 } else { 1.0 - self.degree(row, e) as f64 / original as f64 }
+        let (n, layout) = (self.row_nodes(), &*self.layout);
+        let of_row = |row: usize| {
+            let whole = &self.whole[row * layout.length..(row + 1) * layout.length];
+            let rows = self.rows_around(row);
+            (0..n).map(move |e| {
+                let node = row * n + e;
+                match self.stencil[node] == 0 || whole[e % layout.length] && !self.is_special(node) {
+                    true => 0.0,
+                    false => self.damage_of(row, e, &rows),
+                }
+            })
         };
-        (0..self.stencil.len()).into_par_iter().with_min_len(64).map(of).collect()
+        (0..layout.rows()).into_par_iter().with_min_len(8).flat_map_iter(of_row).collect()
+    }
+
+    /// Rows at the offsets `HalfBonds::rows` from a row, and opposite.
+    fn rows_around(&self, row: usize) -> Vec<[usize; 2]> {
+        let around = |&[dy, dz]: &[i32; 2]| [[dy, dz], [-dy, -dz]].map(|offset| self.layout.row_at(row, offset));
+        self.half.rows.iter().map(around).collect()
+    }
+
+    fn damage_of(&self, row: usize, element: usize, rows: &[[usize; 2]]) -> f64 {
+        let (n, layout) = (self.row_nodes(), &*self.layout);
+        let slot = layout.slot(element) as i64;
+        let exists = |to: usize, slot: i64| {
+            let e = layout.element[slot as usize];
+            to < layout.rows() && e != NONE && self.stencil[to * n + e as usize] > 0
+        };
+        let (mut original, mut left) = (0, 0);
+        for p in 0..self.half.len() {
+            let [plus, minus] = rows[self.half.row_of[p]];
+            let along = i64::from(self.half.offset[p][0]) * layout.lanes as i64;
+            original += usize::from(exists(plus, slot + along)) + usize::from(exists(minus, slot - along));
+            left += usize::from(self.bit_at(row, slot as usize, p));
+            left += usize::from(self.bit_at(minus, (slot - along) as usize, p));
+        }
+        if original == 0 { 0.0 } else { 1.0 - left as f64 / original as f64 }
     }
 
     /// Cut every bond for which `cuts(p, q)` holds of its ends (m), from one end on; a bond through a periodic face ends
