@@ -285,7 +285,7 @@ fn runs_do_not_depend_on_threads_or_interruptions() {
             }
             assert!(second.save() == state, "{name}: gone on with at {stop}");
             assert_eq!(second.ledger(), whole.ledger(), "{name}");
-            assert_eq!(second.crack_path(), whole.crack_path(), "{name}");
+            assert_eq!(second.cracks(), whole.cracks(), "{name}");
         }
     }
 }
