@@ -363,7 +363,7 @@ fn the_readme_commands_run() {
         }
         count += 1;
     }
-    assert_eq!(count, 19);
+    assert_eq!(count, 22);
 }
 
 /// The packing of the repository's cases.

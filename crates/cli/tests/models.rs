@@ -163,12 +163,14 @@ fn advice_before_any_lattice() {
             assert_eq!(m["model"], model);
             assert!(m["explanation"].is_string() && m["stability"].is_string() && m["flops_per_bond"].is_number());
         }
-        // What was tried is not better than the bounds, and hybrid closes the gap.
+        // What was tried is not better than the bounds (those of the sum do not hold where nodes rotate, but central bonds
+        // are among what is tried there), and hybrid closes the gap.
         let tried = r["reference"]["models"].as_array().unwrap();
         let least = |i: usize| number(&r, &format!("/models/{i}/least_error"));
-        for (t, bound) in tried.iter().zip([least(0), least(1), least(1), 0.0]) {
+        for (t, bound) in tried.iter().zip([least(0), least(1), 0.0, 0.0]) {
             assert!(number(t, "/promised_error") >= bound - 1e-9, "{name} {t}");
         }
+        assert!(number(&tried[2], "/measured_error") <= number(&tried[0], "/measured_error") + 1e-9, "{name}");
         assert!(number(&tried[3], "/promised_error") < 1e-10 && tried[3]["stable"] == true, "{name}");
         assert!(number(&tried[2], "/measured_error") <= number(&tried[1], "/measured_error") + 1e-9, "{name}");
     }

@@ -123,7 +123,7 @@ fn bad_cases_are_refused_by_name() {
         ("key", motion.replace("horizon", "horizn"), "did you mean horizon"),
         ("nodes", motion.replace("'20, 6, 4 mm'", "'0.1, 0.1, 0.1 mm'"), "nodes"),
         ("rigid", rigid.to_string(), "translation along y"),
-        ("step", format!("{motion}step = '1 ms'\n"), "above the stable one"),
+        ("step", format!("{motion}step = '1 us'\n"), "above the stable one"),
         ("model", motion.replace("[output]", "[model]\nbonds = 'micropolar'\n[output]"), "micropolar"),
         ("density", motion.replace("density = '2600 kg/m3'\n", ""), "density"),
     ] {

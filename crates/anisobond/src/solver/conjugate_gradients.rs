@@ -8,6 +8,12 @@ use serde::Serialize;
 use super::preconditioner::BlockJacobi;
 use crate::operator::{BondList, Field, NodeField};
 
+/// A direction p of no more energy than this part of p·Mp is a free motion.
+const FREE: f64 = 1e-12;
+
+/// Residual of a singular system that rounding may leave.
+const ROUNDING: f64 = 1e-9;
+
 /// p·Kp/p·Mp below minus this is negative energy, not rounding; the spectrum of M⁻¹K is of order 1.
 const NEGATIVE: f64 = 1e-10;
 
@@ -121,12 +127,17 @@ fn iterate<const L: usize>(
     // p·Mp: r ⟂ p makes it the sum of its parts.
     let mut size = start;
     let mut negative_curvature = preconditioner.indefinite();
-    let mut iterations = 0;
+    let (mut iterations, mut idle) = (0, false);
     while active(&rz, &start, stopping) && iterations < stopping.most_iterations && !negative_curvature {
         list.apply(&p, &mut q);
         let energy = dot(&p, &q);
         negative_curvature = (0..L).any(|l| energy[l] < -NEGATIVE * size[l]);
-        let alpha = step_length(&rz, &energy, &start, stopping);
+        let alpha = step_length(&rz, &energy, &size, &start, stopping);
+        // What is left of every residual pulls at free motions alone, by rounding.
+        idle = alpha.iter().all(|a| *a == 0.0);
+        if idle {
+            break;
+        }
         advance(&alpha, &p, &q, &mut x, &mut r);
         let rz_next = precondition(preconditioner, &r, &mut z);
         let beta = ratio(&rz_next, &rz);
@@ -136,7 +147,8 @@ fn iterate<const L: usize>(
         iterations += 1;
     }
     let residual = relative(&rz, &start).into_iter().fold(0.0, f64::max);
-    let converged = !active(&rz, &start, stopping) && rz.iter().all(|r| r.is_finite()) && !negative_curvature;
+    let accepted = if idle { stopping.tolerance.max(ROUNDING) } else { stopping.tolerance };
+    let converged = residual <= accepted && rz.iter().all(|r| r.is_finite()) && !negative_curvature;
     (x, SolverReport { iterations, residual, converged, negative_curvature })
 }
 
@@ -150,10 +162,17 @@ fn active<const L: usize>(rz: &[f64; L], start: &[f64; L], stopping: &Stopping) 
     relative(rz, start).iter().any(|r| *r > stopping.tolerance)
 }
 
-/// α = r·z/p·Kp; 0 for a load case that has converged, or whose direction costs no energy.
-fn step_length<const L: usize>(rz: &[f64; L], pq: &[f64; L], start: &[f64; L], stopping: &Stopping) -> [f64; L] {
+/// α = r·z/p·Kp; 0 for a load case that has converged, or whose direction costs no energy beside p·Mp.
+fn step_length<const L: usize>(
+    rz: &[f64; L],
+    pq: &[f64; L],
+    size: &[f64; L],
+    start: &[f64; L],
+    stopping: &Stopping,
+) -> [f64; L] {
     let relative = relative(rz, start);
-    std::array::from_fn(|l| if relative[l] > stopping.tolerance && pq[l] > 0.0 { rz[l] / pq[l] } else { 0.0 })
+    let moves = |l: usize| relative[l] > stopping.tolerance && pq[l] > FREE * size[l];
+    std::array::from_fn(|l| if moves(l) { rz[l] / pq[l] } else { 0.0 })
 }
 
 /// β = r′·z′/r·z.

@@ -9,6 +9,10 @@
 use super::sweep::TOGETHER;
 use crate::lattice::Grid;
 
+/// Bytes of a core's cache that rows of a block and their neighbours may take, and rows of a block at least.
+const CACHE: usize = 512 << 10;
+const LEAST_BLOCK: usize = 8;
+
 /// No element, or no row.
 pub const NONE: u32 = u32::MAX;
 
@@ -86,6 +90,16 @@ impl Layout {
     /// Number of rows.
     pub fn rows(&self) -> usize {
         self.nodes[1] * self.nodes[2]
+    }
+
+    /// Where a row comes when rows are taken in blocks along the second axis, and in each block along the third: so that
+    /// the rows that neighbours are in stay in the cache from one to the next.
+    pub fn place_in_blocks(&self, row: usize) -> (usize, usize, usize) {
+        let [_, n2, _] = self.nodes;
+        let planes = 2 * self.reach[2] + 1;
+        let row_bytes = 4 * self.slots * size_of::<f64>();
+        let block = (CACHE / (planes * row_bytes)).saturating_sub(2 * self.reach[1]).max(LEAST_BLOCK);
+        (row % n2 / block, row / n2, row % n2)
     }
 
     /// The own slot of an element of a row.

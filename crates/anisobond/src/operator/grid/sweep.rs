@@ -112,13 +112,15 @@ impl<T: Real> GridBonds<T> {
         let tables = self.tables(law, Wanted::Forces);
         let pulls = self.nodal_pulls(u);
         let [x, y, z] = fields;
-        let rows = x.par_chunks_mut(n).zip(y.par_chunks_mut(n)).zip(z.par_chunks_mut(n));
-        let visited: Vec<(R, Vec<Event>)> = rows
-            .enumerate()
+        let rows = x.chunks_mut(n).zip(y.chunks_mut(n)).zip(z.chunks_mut(n)).enumerate();
+        let mut rows: Vec<(usize, [&mut [V]; 3])> = rows.map(|(row, ((x, y), z))| (row, [x, y, z])).collect();
+        rows.sort_unstable_by_key(|(row, _)| self.layout.place_in_blocks(*row));
+        let mut visited: Vec<(usize, R, Vec<Event>)> = rows
+            .into_par_iter()
             .with_min_len(8)
             .map_init(
                 || self.scratch(),
-                |scratch, (row, ((x, y), z))| {
+                |scratch, (row, fields)| {
                     let mut events = Vec::new();
                     self.aim(row, scratch);
                     T::row(
@@ -135,14 +137,15 @@ impl<T: Real> GridBonds<T> {
                         }
                     }
                     let [fx, fy, fz] = &scratch.natural;
-                    (visit(row, [fx, fy, fz], [x, y, z]), events)
+                    (row, visit(row, [fx, fy, fz], fields), events)
                 },
             )
             .collect();
+        visited.sort_unstable_by_key(|(row, ..)| *row);
         let mut events = Vec::new();
         let results = visited
             .into_iter()
-            .map(|(result, mut broken)| {
+            .map(|(_, result, mut broken)| {
                 events.append(&mut broken);
                 result
             })
