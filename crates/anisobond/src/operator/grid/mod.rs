@@ -1,8 +1,8 @@
 //! Bonds of a body on a regular grid, without a bond list.
 //!
 //! A node's bonds are those of its stencil; of each only one bit is stored, whether it is unbroken. Bulk nodes, all of
-//! whose neighbours have the same stencil or are missing, are taken a vector at a time ([`kernels`]); the others one by one,
-//! with the mean of what both ends of a bond say ([`special`]).
+//! whose neighbours have the same stencil or are missing, are taken a vector at a time (`kernels`); the others one by one,
+//! with the mean of what both ends of a bond say (`special`).
 
 mod aligned;
 mod build;
