@@ -4,11 +4,14 @@ use super::chart::prefixed;
 use super::colour::{LEVELS, Paint, Rgb, Scale};
 use super::drawing::{Anchor, Drawing, Group, INK, MARGIN, Mark, SOFT_INK};
 use super::numbers::{length, ticks};
-use super::png;
+use super::{png, text};
 use crate::{Error, Result};
 
 /// Width and height of the place for the slice, in picture units.
 const PLACE: [f64; 2] = [860.0, 560.0];
+
+/// Size of the colour bar's title.
+const BAR_TITLE: f64 = 13.0;
 
 /// Most cells along a side; a larger slice shows every n-th node.
 const MOST_CELLS: usize = 1200;
@@ -77,7 +80,8 @@ impl SliceImage {
                 marks: self.colour_bar(&scale, [corner[0] + size[0] + 26.0, corner[1]]),
             },
         ];
-        let width = (corner[0] + size[0] + 26.0 + 120.0).max(420.0);
+        let title = text::width(&self.bar_title(&scale).0, BAR_TITLE) + MARGIN;
+        let width = (corner[0] + size[0] + 26.0 + title.max(120.0)).max(420.0);
         Ok(Drawing { size: [width, corner[1] + size[1].max(150.0) + 56.0], title: self.title.clone(), groups })
     }
 
@@ -123,15 +127,20 @@ impl SliceImage {
         vec![Mark::Text { at, size: 14.0, anchor: Anchor::Start, text, colour: SOFT_INK }]
     }
 
+    /// Name and unit of the number, and the power of ten that the unit stands for.
+    fn bar_title(&self, scale: &Scale) -> (String, i32) {
+        let [name, unit] = &self.quantity;
+        let (unit, power) = prefixed(unit, scale.magnitude());
+        (format!("{name} {unit}").trim().to_string(), power)
+    }
+
     fn colour_bar(&self, scale: &Scale, at: [f64; 2]) -> Vec<Mark> {
         let height =
             0.7 * (PLACE[0] / self.cells[0] as f64).min(PLACE[1] / self.cells[1] as f64) * self.cells[1] as f64;
         let height = height.max(110.0);
-        let [name, unit] = &self.quantity;
-        let (unit, power) = prefixed(unit, scale.magnitude());
-        let title = format!("{name} {unit}").trim().to_string();
+        let (title, power) = self.bar_title(scale);
         let factor = 10f64.powi(power);
-        let mut marks = vec![Mark::Text { at, size: 13.0, anchor: Anchor::Start, text: title, colour: INK }];
+        let mut marks = vec![Mark::Text { at, size: BAR_TITLE, anchor: Anchor::Start, text: title, colour: INK }];
         let top = at[1] + 14.0;
         let step = height / LEVELS as f64;
         for level in 0..LEVELS {
