@@ -28,4 +28,4 @@ pub use measure::NodeState;
 pub use padded::Padded;
 pub use real::{Real, Word};
 pub use stencil::Stencil;
-pub use sweep::{Broken, Law};
+pub use sweep::Broken;

@@ -150,7 +150,7 @@ pub(super) fn reference(
 }
 
 /// Why to stop, if so.
-fn ended(r: &VectorField, residual: f64, iterations: usize, stopping: &Stopping) -> Option<Ending> {
+pub(super) fn ended(r: &VectorField, residual: f64, iterations: usize, stopping: &Stopping) -> Option<Ending> {
     if !residual.is_finite() {
         let bad = (0..r.len()).find(|n| !r.at(*n).iter().all(|x| x.is_finite())).unwrap_or(0);
         return Some(Ending::NotFinite { node: bad });

@@ -16,6 +16,7 @@ mod supports;
 mod symmetric3;
 mod transfer;
 mod vectors;
+mod watch;
 
 pub use conjugate_gradients::{Ending, GridSolverReport};
 pub use equilibrium::{Equilibrium, Method, Prepared};

@@ -3,7 +3,8 @@
 use super::conjugate_gradients::{Ending, GridSolverReport};
 use super::free_modes::FreeModes;
 use super::preconditioner::Preconditioner;
-use super::vectors::{add_scaled, dot, norm, scale_add};
+use super::vectors::{add_scaled, dot, scale_add};
+use super::watch::Watch;
 use crate::operator::{GridOperator, VectorField};
 use crate::solver::Stopping;
 
@@ -38,24 +39,10 @@ pub(super) fn nonlinear_gradients(
         free.project(r);
     };
     balance(u, &mut r);
-    let (mut rz_last, mut least, mut since) = (0.0, f64::INFINITY, 0);
+    let mut watch = Watch::new(stopping, scale, PATIENCE);
+    let mut rz_last = 0.0;
     loop {
-        report.residual = if scale > 0.0 { norm(&r) / scale } else { 0.0 };
-        if !report.residual.is_finite() {
-            let node = (0..n).find(|i| !r.at(*i).iter().all(|x| x.is_finite())).unwrap_or(0);
-            report.ending = Ending::NotFinite { node };
-            return report;
-        }
-        if report.residual <= stopping.tolerance {
-            return report;
-        }
-        if report.residual < 0.999 * least {
-            (least, since) = (report.residual, 0);
-        } else {
-            since += 1;
-        }
-        if report.iterations >= stopping.most_iterations || since > PATIENCE {
-            report.ending = if since > PATIENCE { Ending::Stagnated } else { Ending::MostIterations };
+        if watch.ends(&r, &mut report) {
             return report;
         }
         std::mem::swap(&mut z, &mut z_last);

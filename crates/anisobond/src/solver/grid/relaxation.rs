@@ -3,7 +3,8 @@
 use super::conjugate_gradients::{Ending, GridSolverReport};
 use super::free_modes::FreeModes;
 use super::preconditioner::NodeBlocks;
-use super::vectors::{add_scaled, dot, norm};
+use super::vectors::{add_scaled, dot};
+use super::watch::Watch;
 use crate::operator::VectorField;
 use crate::solver::Stopping;
 
@@ -26,28 +27,14 @@ pub(super) fn relax(
     let n = u.len();
     let (mut r, mut a, mut v) = (VectorField::zeros(n), VectorField::zeros(n), VectorField::zeros(n));
     let mut report = GridSolverReport { iterations: 0, applications: 0, residual: 0.0, ending: Ending::Converged };
-    let (mut kinetic_last, mut least, mut since) = (0.0, f64::INFINITY, 0);
+    let mut watch = Watch::new(stopping, scale, PATIENCE);
+    let mut kinetic_last = 0.0;
     let mass = LARGEST / (4.0 * SAFETY * SAFETY);
     loop {
         residual(u, &mut r);
         free.project(&mut r);
         report.applications += 1;
-        report.residual = if scale > 0.0 { norm(&r) / scale } else { 0.0 };
-        if !report.residual.is_finite() {
-            let node = (0..n).find(|i| !r.at(*i).iter().all(|x| x.is_finite())).unwrap_or(0);
-            report.ending = Ending::NotFinite { node };
-            return report;
-        }
-        if report.residual <= stopping.tolerance {
-            return report;
-        }
-        if report.residual < 0.999 * least {
-            (least, since) = (report.residual, 0);
-        } else {
-            since += 1;
-        }
-        if report.iterations >= stopping.most_iterations || since > PATIENCE {
-            report.ending = if since > PATIENCE { Ending::Stagnated } else { Ending::MostIterations };
+        if watch.ends(&r, &mut report) {
             return report;
         }
         blocks.times(&r, &mut a);
