@@ -153,7 +153,7 @@ pub struct Store {
     path: PathBuf,
     connection: Mutex<Connection>,
     /// Held while the store may be written.
-    _lock: Option<File>,
+    _lock: Option<WriterLock>,
 }
 
 /// What a store's jobs have in common.
@@ -270,7 +270,7 @@ impl Store {
         Ok(store)
     }
 
-    fn connect(path: &Path, flags: OpenFlags, lock: Option<File>) -> Result<Self> {
+    fn connect(path: &Path, flags: OpenFlags, lock: Option<WriterLock>) -> Result<Self> {
         let connection = Connection::open_with_flags(path, flags).map_err(|e| failure(path, e))?;
         let settings = || {
             connection.busy_timeout(PATIENCE)?;
@@ -528,17 +528,28 @@ fn refuse_foreign(path: &Path) -> Result<()> {
 }
 
 /// The lock of a store's writer; gone with the process, however it ends.
-fn lock(path: &Path) -> Result<File> {
+struct WriterLock(File);
+
+impl Drop for WriterLock {
+    /// Unlocks and does not only close: a process that is just being started holds a copy of every open file until its
+    /// program is loaded, and with the copy the lock.
+    fn drop(&mut self) {
+        // Where a file system knows no locks there is nothing to release.
+        let _ = self.0.unlock();
+    }
+}
+
+fn lock(path: &Path) -> Result<WriterLock> {
     let mut name = path.as_os_str().to_owned();
     name.push(".lock");
     let name = PathBuf::from(name);
     let file = File::options().create(true).truncate(false).write(true).open(&name);
     let file = file.map_err(|e| Error::file("write", &name, e))?;
     match file.try_lock() {
-        Ok(()) => Ok(file),
+        Ok(()) => Ok(WriterLock(file)),
         Err(std::fs::TryLockError::WouldBlock) => Err(in_use(path)),
         // Some network file systems know no locks; SQLite's own keep the file whole.
-        Err(std::fs::TryLockError::Error(_)) => Ok(file),
+        Err(std::fs::TryLockError::Error(_)) => Ok(WriterLock(file)),
     }
 }
 
@@ -562,5 +573,23 @@ pub(super) fn failure(path: &Path, error: rusqlite::Error) -> Error {
             Error::file("write", path, std::io::Error::new(std::io::ErrorKind::StorageFull, message))
         }
         _ => Error::file("use", path, std::io::Error::other(error)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As while another thread starts a process: the file is still open elsewhere when its writer is done.
+    #[test]
+    fn a_copy_of_the_open_file_does_not_keep_the_lock() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("results.sqlite");
+        let first = lock(&path).unwrap();
+        let inherited = first.0.try_clone().unwrap();
+        assert!(lock(&path).is_err(), "two writers at once");
+        drop(first);
+        assert!(lock(&path).is_ok(), "the lock outlived its writer");
+        drop(inherited);
     }
 }
