@@ -27,6 +27,7 @@ pub enum Command {
     Run(Run),
     Check(CheckCase),
     New(New),
+    Export(Export),
     Verify(Verify),
     Materials(Materials),
     Completions(Completions),
@@ -408,6 +409,43 @@ pub enum RotationsName {
 pub enum MethodName {
     Static,
     Dynamic,
+}
+
+/// Write calibrated bonds for an engine, with an input that performs the engine's own element test
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  anisobond calibrate KIO3 --horizon 3 -o kio3 && anisobond export kio3 --to lammps
+  cd kio3/lammps && lmp -in in.element_test      # measured.csv is expected.csv
+  anisobond lattice sample.txt rock.toml --model central -o lattice && anisobond export lattice --to calculix
+  anisobond export kio3 --to numpy --nodes 10,10,12 -o arrays")]
+pub struct Export {
+    /// Folder that `anisobond calibrate -o` or `anisobond lattice -o` wrote
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+    /// Engine or format
+    #[arg(long, value_enum, value_name = "ENGINE")]
+    pub to: EngineName,
+    /// Nodes of a grid's periodic block along each axis [default: the fewest that bonds do not meet themselves in, and one]
+    #[arg(long, value_name = "N[,N,N]")]
+    pub nodes: Option<String>,
+    /// Folder for the files [default: DIR/ENGINE]
+    #[arg(short, long, value_name = "OUT")]
+    pub output: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub enum EngineName {
+    /// Data file of harmonic bonds, and input
+    Lammps,
+    /// Truss elements
+    Abaqus,
+    /// Springs
+    Calculix,
+    /// The linear system of the element test, and Python that solves it
+    MatrixMarket,
+    /// Arrays of nodes and bonds
+    Numpy,
 }
 
 /// Run an element test for every job of a parameter table, over the cores, and keep the results as they come

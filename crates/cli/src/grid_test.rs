@@ -52,15 +52,19 @@ pub fn run(args: &args::ElementTest, rotations: Rotations) -> Result<Ending> {
     Ok(Ending::Done)
 }
 
+/// Nodes along each axis, from one number or three.
+pub fn nodes(flag: &str, given: &str) -> Result<[usize; 3]> {
+    let numbers: Option<Vec<usize>> = given.split(',').map(|n| n.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[n]) => Ok([n; 3]),
+        Some(&[i, j, k]) => Ok([i, j, k]),
+        _ => Err(Error::input(format!("{flag} {given}"), "give one number of nodes, or three as 8,8,6")),
+    }
+}
+
 /// The cell that the flags describe.
 fn cell(args: &args::GridArgs) -> Result<GridCell> {
-    let given = args.grid.as_deref().unwrap_or_default();
-    let numbers: Option<Vec<usize>> = given.split(',').map(|n| n.trim().parse().ok()).collect();
-    let nodes = match numbers.as_deref() {
-        Some(&[n]) => [n; 3],
-        Some(&[i, j, k]) => [i, j, k],
-        _ => return Err(Error::input(format!("--grid {given}"), "give one number of nodes, or three as 8,8,6")),
-    };
+    let nodes = nodes("--grid", args.grid.as_deref().unwrap_or_default())?;
     let displacement = args.displaced.unwrap_or(0.0);
     let mut cell = GridCell { nodes, missing: Vec::new(), displacement, seed: args.seed.unwrap_or(0) };
     if let Some(share) = args.missing {

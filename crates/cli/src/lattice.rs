@@ -32,6 +32,7 @@ pub fn run(args: &args::Lattice) -> Result<Ending> {
             &[
                 ("lattice.json", folder::json(&report, folder)?),
                 ("bonds.csv", io::lattice_bonds_csv(&study.lattice, stiffness, &material.name).into_bytes()),
+                ("packing.csv", io::packing_text(&study.lattice.packing, io::PackingFormat::Csv).into_bytes()),
                 ("lattice.vtp", io::lattice_vtp(&study.lattice, stiffness)?.into_bytes()),
                 ("spheres.svg", spheres.svg().into_bytes()),
                 ("spheres.png", spheres.png(PICTURE_WIDTH)?),

@@ -8,6 +8,7 @@ mod args;
 mod calibrate;
 mod calibration_text;
 mod case;
+mod export;
 mod folder;
 mod grid_test;
 mod interrupt;
@@ -68,6 +69,7 @@ fn run(cli: args::Cli) -> Result<Ending> {
         args::Command::Run(a) => run::run(&a),
         args::Command::Check(a) => case::check(&a),
         args::Command::New(a) => case::new(&a),
+        args::Command::Export(a) => export::run(&a),
         args::Command::Verify(a) => verify::run(&a),
         args::Command::Materials(a) => materials::run(&a),
         args::Command::Completions(a) => {

@@ -31,12 +31,14 @@ pub mod sweep;
 pub mod element_sweep;
 mod stl;
 mod case;
+mod export;
 
 pub use advice_report::AdviceReport;
 pub use atomic::write_atomically;
 pub use bonds::{BondModuli, BondTable, TangentialColumns, bonds_csv, read_bonds, write_bonds};
 pub use calibrate_table::{TableResults, calibrate_table};
 pub use case::{CaseFile, CasePlan, ConditionPlan, RegionPlan, read_case, starter_case};
+pub use export::{BondedCell, Engine, ExportFile, export};
 pub use find::find_material;
 pub use grid_report::{CellReport, GridTestReport};
 pub use hybrid_report::HybridReport;

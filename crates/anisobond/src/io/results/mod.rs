@@ -9,7 +9,7 @@ mod writer;
 
 pub use checkpoint::Checkpoints;
 pub use image_data::{ImageArray, image_data};
-pub use npy::{npy, read_npy};
+pub use npy::{NpyNumber, npy, read_npy};
 pub use series::{Series, pvd};
 pub use table::ProbeTable;
 pub use writer::BackgroundWriter;

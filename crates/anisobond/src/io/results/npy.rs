@@ -1,21 +1,43 @@
-//! NumPy arrays (`.npy`), of single precision.
+//! NumPy arrays (`.npy`) in two dimensions.
 
 use crate::{Error, Result};
 
+/// A kind of number that arrays are written of.
+pub trait NpyNumber: Copy {
+    /// NumPy's name of it.
+    const KIND: &'static str;
+    /// Its bytes, lowest first, at the end of a file.
+    fn append(self, file: &mut Vec<u8>);
+}
+
+macro_rules! npy_number {
+    ($($number:ty, $kind:literal;)*) => {$(
+        impl NpyNumber for $number {
+            const KIND: &'static str = $kind;
+            fn append(self, file: &mut Vec<u8>) {
+                file.extend_from_slice(&self.to_le_bytes());
+            }
+        }
+    )*};
+}
+
+npy_number! { f32, "<f4"; f64, "<f8"; u32, "<u4"; }
+
 /// An array of shape rows × columns, row by row, as the bytes of a `.npy` file (format 1.0).
-pub fn npy(values: &[f32], shape: [usize; 2]) -> Vec<u8> {
-    let mut header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({}, {}), }}", shape[0], shape[1]);
+pub fn npy<T: NpyNumber>(values: &[T], shape: [usize; 2]) -> Vec<u8> {
+    let [rows, columns] = shape;
+    let mut header = format!("{{'descr': '{}', 'fortran_order': False, 'shape': ({rows}, {columns}), }}", T::KIND);
     // Magic, version and length take 10 bytes; the data begins at a multiple of 64.
     header.push_str(&" ".repeat((64 - (11 + header.len()) % 64) % 64));
     header.push('\n');
     let mut file = b"\x93NUMPY\x01\x00".to_vec();
     file.extend_from_slice(&(header.len() as u16).to_le_bytes());
     file.extend_from_slice(header.as_bytes());
-    values.iter().for_each(|v| file.extend_from_slice(&v.to_le_bytes()));
+    values.iter().for_each(|v| v.append(&mut file));
     file
 }
 
-/// Reads what [`npy`] writes.
+/// Reads what [`npy`] writes of single precision.
 ///
 /// # Errors
 /// Bytes that are not such a file.

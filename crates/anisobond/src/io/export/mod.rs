@@ -1,0 +1,68 @@
+//! Calibrated bonds for the engines that people run: a periodic cell of bonded nodes, in the engine's own format, with an
+//! input that performs the engine's own element test, and the tensor that it must measure.
+
+mod arrays;
+mod cell;
+mod lammps;
+mod truss;
+
+pub use cell::BondedCell;
+
+use crate::tensor::PAIRS;
+use crate::{Error, Result};
+
+/// A program, or a format, that takes bonds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Engine {
+    /// LAMMPS: a data file with harmonic bonds, and an input.
+    Lammps,
+    /// Abaqus: truss elements (T3D2) with periodic equations.
+    Abaqus,
+    /// CalculiX: springs (SPRINGA) with periodic equations.
+    Calculix,
+    /// The stiffness matrix and the loads of unit strains in MatrixMarket files.
+    MatrixMarket,
+    /// NumPy arrays of nodes and bonds.
+    Numpy,
+}
+
+/// A file of an export: name and contents.
+pub type ExportFile = (String, Vec<u8>);
+
+/// The files of a cell for an engine, `expected.csv` with the tensor (Pa, Voigt) that the engine must measure among them.
+///
+/// # Errors
+/// What the engine cannot express, with the reason; a lattice that is a mechanism.
+pub fn export(cell: &BondedCell, engine: Engine) -> Result<Vec<ExportFile>> {
+    let mut files = match engine {
+        Engine::Lammps => lammps::files(cell)?,
+        Engine::Abaqus => truss::files(cell, truss::Element::Truss)?,
+        Engine::Calculix => truss::files(cell, truss::Element::Spring)?,
+        Engine::MatrixMarket => arrays::matrix_market(cell)?,
+        Engine::Numpy => arrays::numpy(cell),
+    };
+    files.push(("expected.csv".into(), expected(cell)?.into_bytes()));
+    Ok(files)
+}
+
+/// What an element test of the cell measures, as CSV: six rows of the Voigt matrix (Pa).
+fn expected(cell: &BondedCell) -> Result<String> {
+    let voigt = cell.measured()?.voigt();
+    let name = |(i, j): (usize, usize)| format!("{}{}", i + 1, j + 1);
+    let mut text = PAIRS.map(name).join(",") + "\n";
+    for row in voigt.row_iter() {
+        text += &(row.iter().map(|c| format!("{c:?}")).collect::<Vec<_>>().join(",") + "\n");
+    }
+    Ok(text)
+}
+
+/// The refusal of tangential bonds.
+fn refuse_tangential(cell: &BondedCell, engine: &str, why: &str) -> Result<()> {
+    if cell.bonds.iter().all(|b| b.tangential == 0.0) {
+        return Ok(());
+    }
+    Err(Error::input(
+        format!("the bonds have tangential stiffness, which {engine} cannot express: {why}"),
+        "export bonds of the central model, or to matrix-market or numpy",
+    ))
+}
