@@ -1,0 +1,218 @@
+//! Exports through the program: what an engine would make of each file is worked out here and compared with `expected.csv`.
+
+mod common;
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use common::{folder, stdout};
+use nalgebra::{DMatrix, Matrix6, Vector3};
+
+/// Bonds as an engine sees them: the branch to the nearest image, k_n (N/m).
+type Bonds = Vec<(Vector3<f64>, f64)>;
+
+fn text(path: &Path) -> String {
+    std::fs::read_to_string(path).unwrap()
+}
+
+fn numbers(line: &str) -> Vec<f64> {
+    line.split([',', ' ']).filter_map(|word| word.trim().parse().ok()).collect()
+}
+
+fn expected(folder: &Path) -> Matrix6<f64> {
+    let rows: Vec<f64> = text(&folder.join("expected.csv")).lines().skip(1).flat_map(numbers).collect();
+    Matrix6::from_row_slice(&rows)
+}
+
+/// n⊗n in Voigt order.
+fn voigt(n: &Vector3<f64>) -> nalgebra::Vector6<f64> {
+    nalgebra::Vector6::new(n.x * n.x, n.y * n.y, n.z * n.z, n.y * n.z, n.x * n.z, n.x * n.y)
+}
+
+/// (1/V) Σ k ℓ² n⊗n⊗n⊗n: what central bonds of a perfect grid make (P eq 29).
+fn summed(bonds: &Bonds, volume: f64) -> Matrix6<f64> {
+    let one = |(l, k): &(Vector3<f64>, f64)| {
+        voigt(&l.normalize()) * voigt(&l.normalize()).transpose() * (k * l.norm_squared())
+    };
+    bonds.iter().map(one).sum::<Matrix6<f64>>() / volume
+}
+
+fn nearest(d: Vector3<f64>, edges: &Vector3<f64>) -> Vector3<f64> {
+    Vector3::from_fn(|i, _| d[i] - edges[i] * (d[i] / edges[i]).round())
+}
+
+fn close(a: &Matrix6<f64>, b: &Matrix6<f64>, tolerance: f64) {
+    assert!((a - b).norm() <= tolerance * b.norm(), "{a} {b}");
+}
+
+/// The sections of a LAMMPS data file, by name.
+fn sections(text: &str) -> HashMap<String, Vec<Vec<f64>>> {
+    let mut sections: HashMap<String, Vec<Vec<f64>>> = HashMap::new();
+    let mut name = String::new();
+    for line in text.lines().skip(2) {
+        match line.chars().next() {
+            Some(c) if c.is_ascii_uppercase() => name = line.split(" #").next().unwrap().trim().into(),
+            Some(_) => sections.entry(name.clone()).or_default().push(numbers(line)),
+            None => {}
+        }
+    }
+    sections
+}
+
+fn of_lammps(folder: &Path) -> (Bonds, f64) {
+    let sections = sections(&text(&folder.join("bonds.data")));
+    let head = text(&folder.join("bonds.data"));
+    let edge = |axis: &str| {
+        let line = head.lines().find(|l| l.ends_with(&format!("{axis}lo {axis}hi"))).unwrap();
+        numbers(line)[1]
+    };
+    let edges = Vector3::new(edge("x"), edge("y"), edge("z"));
+    let atoms: HashMap<u64, Vector3<f64>> =
+        sections["Atoms"].iter().map(|r| (r[0] as u64, Vector3::new(r[3], r[4], r[5]))).collect();
+    let types: HashMap<u64, [f64; 2]> = sections["Bond Coeffs"].iter().map(|r| (r[0] as u64, [r[1], r[2]])).collect();
+    let bonds = sections["Bonds"].iter().map(|r| {
+        let branch = nearest(atoms[&(r[3] as u64)] - atoms[&(r[2] as u64)], &edges);
+        let [energy, rest] = types[&(r[1] as u64)];
+        assert!((branch.norm() - rest).abs() < 1e-12 * rest, "a bond that is not at rest");
+        (branch, 2.0 * energy)
+    });
+    (bonds.collect(), edges.product())
+}
+
+/// Nodes and elements of an input of Abaqus or CalculiX, with the stiffness k = EA/ℓ (E = 1) or k.
+fn of_elements(path: &Path, truss: bool) -> Bonds {
+    let text = text(path);
+    let (mut nodes, mut keyword) = (HashMap::new(), String::new());
+    let (mut elements, mut stiffness): (HashMap<String, Vec<[u64; 2]>>, HashMap<String, f64>) = Default::default();
+    let set =
+        |line: &str| line.split("ELSET=").nth(1).map(|s| s.split(',').next().unwrap().to_string()).unwrap_or_default();
+    for line in text.lines().filter(|l| !l.starts_with("**") && !l.is_empty()) {
+        if line.starts_with('*') {
+            keyword = line.to_string();
+            continue;
+        }
+        let row = numbers(line);
+        if keyword.starts_with("*NODE, NSET=NALL") {
+            nodes.insert(row[0] as u64, Vector3::new(row[1], row[2], row[3]));
+        } else if keyword.starts_with("*ELEMENT") {
+            elements.entry(set(&keyword)).or_default().push([row[1] as u64, row[2] as u64]);
+        } else if keyword.starts_with("*SPRING") || keyword.starts_with("*SOLID SECTION") {
+            stiffness.insert(set(&keyword), row[0]);
+        }
+    }
+    let mut bonds = Vec::new();
+    for (set, elements) in elements {
+        for [a, b] in elements {
+            let branch: Vector3<f64> = nodes[&b] - nodes[&a];
+            bonds.push((branch, if truss { stiffness[&set] / branch.norm() } else { stiffness[&set] }));
+        }
+    }
+    bonds
+}
+
+/// An array of `numpy.save`: kind, shape, bytes.
+fn of_numpy(path: &Path) -> (String, [usize; 2], Vec<u8>) {
+    let bytes = std::fs::read(path).unwrap();
+    let start = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+    let header = String::from_utf8(bytes[10..start].to_vec()).unwrap();
+    let kind = header.split('\'').nth(3).unwrap().to_string();
+    let shape: Vec<usize> =
+        header.split('(').nth(1).unwrap().split(')').next().unwrap().split(", ").map(|n| n.parse().unwrap()).collect();
+    (kind, [shape[0], shape[1]], bytes[start..].to_vec())
+}
+
+fn floats(path: &Path) -> Vec<f64> {
+    let (kind, [rows, columns], bytes) = of_numpy(path);
+    assert_eq!((kind.as_str(), bytes.len()), ("<f8", 8 * rows * columns));
+    bytes.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b)).collect()
+}
+
+#[test]
+fn every_engine_is_given_the_bonds_that_make_the_tensor() {
+    // A neighbourhood that is no sphere, another spacing, and a grid that is turned.
+    for flags in [
+        &["KIO3", "--horizon", "3", "--spacing", "2 mm"][..],
+        &["Si", "--shape", "ellipsoid", "--semi-axes", "2,3,2.5", "--influence", "constant"],
+        &["Te2W", "--horizon", "2.5", "--rotate", "axis:0,0,1,30"],
+    ] {
+        let folder = folder();
+        let at = |name: &str| folder.path().join("bonds").join(name);
+        let dir = folder.path().join("bonds").display().to_string();
+        stdout(&[&["calibrate"], flags, &["-o", &dir]].concat());
+        for engine in ["lammps", "abaqus", "calculix", "numpy", "matrix-market"] {
+            stdout(&["export", &dir, "--to", engine]);
+        }
+        let expected = expected(&at("lammps"));
+        let (bonds, volume) = of_lammps(&at("lammps"));
+        close(&summed(&bonds, volume), &expected, 1e-9);
+        for (engine, truss) in [("abaqus", true), ("calculix", false)] {
+            let elements = of_elements(&at(engine).join("element_test.inp"), truss);
+            assert_eq!(elements.len(), bonds.len());
+            close(&summed(&elements, volume), &expected, 1e-9);
+        }
+        let (branches, stiffness) = (floats(&at("numpy/branches.npy")), floats(&at("numpy/stiffness.npy")));
+        let pairs = branches.chunks(3).zip(stiffness.chunks(2));
+        let arrays: Bonds = pairs.map(|(l, k)| (Vector3::from_column_slice(l), k[0])).collect();
+        close(&summed(&arrays, floats(&at("numpy/cell.npy")).iter().product()), &expected, 1e-9);
+        assert_eq!(of_numpy(&at("numpy/bonds.npy")).0, "<u4");
+    }
+}
+
+/// C = (A − Fᵀ K⁺ F)/V, densely.
+fn of_matrix_market(folder: &Path) -> Matrix6<f64> {
+    let rows = |name: &str| -> Vec<Vec<f64>> {
+        text(&folder.join(name)).lines().filter(|l| !l.starts_with('%')).map(numbers).collect()
+    };
+    let stiffness = rows("stiffness.mtx");
+    let size = stiffness[0][0] as usize;
+    let mut k = DMatrix::zeros(size, size);
+    for entry in &stiffness[1..] {
+        let (i, j) = (entry[0] as usize - 1, entry[1] as usize - 1);
+        k[(i, j)] = entry[2];
+        k[(j, i)] = entry[2];
+    }
+    let dense = |name: &str| {
+        let rows = rows(name);
+        let values: Vec<f64> = rows[1..].iter().map(|r| r[0]).collect();
+        DMatrix::from_column_slice(rows[0][0] as usize, 6, &values)
+    };
+    let (f, a) = (dense("forces.mtx"), dense("uniform.mtx"));
+    let scale = k.amax();
+    let relaxed = f.transpose() * k.pseudo_inverse(1e-9 * scale).unwrap() * f;
+    let volume: f64 = text(&folder.join("volume.txt")).trim().parse().unwrap();
+    Matrix6::from_iterator((a - relaxed).iter().copied()) / volume
+}
+
+#[test]
+fn packings_and_sheared_bonds_are_systems_that_measure_the_tensor() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    stdout(&["pack", "--number", "40", "--porosity", "0.4", "--seed", "3", "-o", &path("p.csv")]);
+    let rock = concat!(env!("CARGO_MANIFEST_DIR"), "/../../cases/materials/rock.toml");
+    stdout(&["lattice", &path("p.csv"), rock, "--contact-radius", "1.3", "-o", &path("lattice")]);
+    stdout(&["export", &path("lattice"), "--to", "matrix-market"]);
+    let exported = folder.path().join("lattice/matrix-market");
+    close(&of_matrix_market(&exported), &expected(&exported), 1e-7);
+    refused(&["export", &path("lattice"), "--to", "lammps"], &["tangential", "central", "numpy"]);
+    refused(&["export", &path("lattice"), "--to", "calculix"], &["tangential", "CalculiX"]);
+}
+
+/// Bad input, and words that its message must have.
+fn refused(args: &[&str], words: &[&str]) {
+    let message = common::refused(args, 2);
+    assert!(words.iter().all(|word| message.contains(word)), "{args:?}: {message}");
+}
+
+#[test]
+fn what_cannot_be_exported_is_refused() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    stdout(&["calibrate", "Te2W", "--horizon", "3", "--model", "hybrid", "-o", &path("hybrid")]);
+    refused(&["export", &path("hybrid"), "--to", "lammps"], &["nodal term", "central"]);
+    stdout(&["calibrate", "Si", "--horizon", "3", "-o", &path("si")]);
+    refused(&["export", &path("si"), "--to", "lammps", "--nodes", "6"], &["[6, 6, 6]", "at least 7"]);
+    refused(&["export", &path("si"), "--to", "lammps", "--nodes", "a"], &["--nodes a", "8,8,6"]);
+    refused(&["export", &path("nowhere"), "--to", "lammps"], &["holds no bonds", "calibrate -o"]);
+    refused(&["export", &path("si"), "--to", "ansys"], &["ansys", "lammps"]);
+    assert!(!folder.path().join("si/lammps").exists());
+}
