@@ -28,6 +28,7 @@ pub enum Command {
     Check(CheckCase),
     New(New),
     Export(Export),
+    Report(Report),
     Verify(Verify),
     Materials(Materials),
     Completions(Completions),
@@ -431,6 +432,21 @@ pub struct Export {
     pub nodes: Option<String>,
     /// Folder for the files [default: DIR/ENGINE]
     #[arg(short, long, value_name = "OUT")]
+    pub output: Option<PathBuf>,
+}
+
+/// Write one self-contained HTML page of a folder of results: tables, evidence, pictures to turn
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  anisobond calibrate KIO3 -o kio3 && anisobond report kio3     # kio3/report.html; needs no network
+  anisobond run cases/wave.toml -o wave && anisobond report wave -o wave.html")]
+pub struct Report {
+    /// Folder that calibrate, lattice, element-test, sweep or run wrote
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+    /// File to write [default: DIR/report.html]
+    #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 }
 

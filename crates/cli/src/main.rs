@@ -15,6 +15,7 @@ mod interrupt;
 mod lattice;
 mod materials;
 mod pack;
+mod report;
 mod run;
 mod sweep;
 mod table;
@@ -70,6 +71,7 @@ fn run(cli: args::Cli) -> Result<Ending> {
         args::Command::Check(a) => case::check(&a),
         args::Command::New(a) => case::new(&a),
         args::Command::Export(a) => export::run(&a),
+        args::Command::Report(a) => report::run(&a),
         args::Command::Verify(a) => verify::run(&a),
         args::Command::Materials(a) => materials::run(&a),
         args::Command::Completions(a) => {

@@ -32,6 +32,7 @@ pub mod element_sweep;
 mod stl;
 mod case;
 mod export;
+mod page;
 
 pub use advice_report::AdviceReport;
 pub use atomic::write_atomically;
@@ -50,6 +51,7 @@ pub use micropolar_report::{MicropolarInfeasibilityReport, MicropolarReport};
 pub use model_report::ModelReport;
 pub use orientation::{Orientation, parse_orientation, smallest_rotation};
 pub use packing::{PackingFormat, packing_text, parse_packing, read_packing, write_packing};
+pub use page::report_page;
 pub use pairs::{read_influence, read_pairs};
 pub use report::{CalibrationReport, NeighbourhoodReport, TensorReport};
 pub use stl::{parse_stl, read_stl};

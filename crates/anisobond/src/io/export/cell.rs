@@ -238,7 +238,7 @@ fn of_packing(folder: &Path) -> Result<BondedCell> {
 }
 
 /// The contacts of a lattice's `bonds.csv`.
-fn contact_bonds(path: &Path, packing: &Packing) -> Result<Vec<StiffBond>> {
+pub fn contact_bonds(path: &Path, packing: &Packing) -> Result<Vec<StiffBond>> {
     let at = |e: Error| e.at(path.display());
     let text = read_text(path)?;
     let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());

@@ -7,6 +7,7 @@ mod lammps;
 mod truss;
 
 pub use cell::BondedCell;
+pub(super) use cell::contact_bonds;
 
 use crate::tensor::PAIRS;
 use crate::{Error, Result};
