@@ -1,0 +1,106 @@
+//! Pages of results through the program: whole in one file, their data as the folder says, nothing fetched, nothing that
+//! a name in a file could break out of. That they draw and turn is tried in a browser (`verification/pages.sh`).
+
+mod common;
+
+use common::{folder, refused, stdout, write};
+use serde_json::Value;
+
+const ROCK: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../cases/materials/rock.toml");
+
+/// A page and the data in it.
+fn page(dir: &str) -> (String, Value) {
+    stdout(&["report", dir]);
+    let text = std::fs::read_to_string(std::path::Path::new(dir).join("report.html")).unwrap();
+    let (_, rest) = text.split_once("<script type=\"application/json\" id=\"data\">").unwrap();
+    let data = serde_json::from_str(rest.split_once("</script>").unwrap().0).unwrap();
+    let addresses = text.split("http").skip(1).filter(|rest| rest.starts_with("://") || rest.starts_with("s://"));
+    assert!(addresses.into_iter().all(|rest| rest.starts_with("://www.w3.org/2000/svg")), "a page that fetches");
+    assert!(["/*STYLE*/", "/*DATA*/", "/*SCRIPT*/", "src=\"http", "<link"].iter().all(|mark| !text.contains(mark)));
+    assert_eq!(text.matches("<script").count(), 2);
+    (text, data)
+}
+
+/// Numbers of single precision in base64.
+fn floats(value: &Value) -> usize {
+    let text = value.as_str().unwrap();
+    (text.len() / 4 * 3 - text.matches('=').count()) / 4
+}
+
+fn names(list: &Value, key: &str) -> Vec<String> {
+    list.as_array().unwrap().iter().map(|item| item[key].as_str().unwrap().into()).collect()
+}
+
+#[test]
+fn a_calibration_shows_its_tensors_and_its_neighbourhood() {
+    let folder = folder();
+    let dir = folder.path().join("c").display().to_string();
+    stdout(&["calibrate", "KIO3", "--horizon", "3", "-o", &dir]);
+    let (_, data) = page(&dir);
+    let report: Value =
+        serde_json::from_str(&std::fs::read_to_string(folder.path().join("c/calibration.json")).unwrap()).unwrap();
+    assert_eq!(names(&data["tensors"], "name"), ["target", "reached"]);
+    assert_eq!((&data["tensors"][0]["voigt"], &data["tensors"][1]["voigt"]), (&report["target"], &report["reached"]));
+    assert_eq!(data["title"], "KIO3");
+    let scene = &data["scene"];
+    assert_eq!((floats(&scene["spheres"]), floats(&scene["values"])), (4 * 122, 122));
+    assert_eq!((floats(&scene["lines"]), floats(&scene["line_values"])), (6 * 122, 122));
+    assert_eq!((data["table"]["all"].as_u64(), data["table"]["rows"][0].as_array().unwrap().len()), (Some(122), 10));
+    let facts = data["facts"].to_string();
+    assert!(["relative error", "smallest eigenvalue", "horizon"].iter().all(|label| facts.contains(label)), "{facts}");
+}
+
+#[test]
+fn a_lattice_its_element_test_a_sweep_and_a_run_have_pages() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    stdout(&["pack", "--number", "60", "--porosity", "0.4", "--seed", "3", "-o", &path("p.csv")]);
+    stdout(&["lattice", &path("p.csv"), ROCK, "--contact-radius", "1.5", "-o", &path("l")]);
+    let (_, data) = page(&path("l"));
+    assert_eq!(names(&data["tensors"], "name"), ["prescribed", "lattice"]);
+    assert_eq!((floats(&data["scene"]["spheres"]), data["scene"]["title"].as_str()), (240, Some("Lattice")));
+    stdout(&["element-test", &path("p.csv"), ROCK, "--contact-radius", "1.5", "-o", &path("e")]);
+    let (_, data) = page(&path("e"));
+    assert_eq!(names(&data["tensors"], "name"), ["prescribed", "lattice", "measured"]);
+    let table = format!(
+        "[parameters]\ncontact_radius = [1.4, 1.5, 1.6]\n[fixed]\npacking = {:?}\nmaterial = {ROCK:?}\n",
+        path("p.csv")
+    );
+    let sweep = write(&folder, "sweep.toml", &table);
+    stdout(&["sweep", &sweep, "-o", &path("s")]);
+    let (_, data) = page(&path("s"));
+    assert_eq!(data["charts"][0]["x"], "contact_radius");
+    assert_eq!(data["charts"][0]["series"][0]["points"].as_array().unwrap().len(), 3);
+    let case = "material = \"Si\"\ndensity = \"2330 kg/m3\"\nbody = { box = { size = \"6, 6, 6 mm\" } }\n\
+                [grid]\nspacing = \"1 mm\"\nhorizon = 2\n[[initial_velocity]]\non = \"x-max\"\nvelocity = \"1, 0, 0 m/s\"\n\
+                [motion]\nduration = \"1 us\"\n[[probe]]\nname = \"end\"\nquantity = \"displacement\"\non = \"x-max\"\n\
+                [output]\nframes = 3\nslices = [{ axis = \"z\", field = \"velocity\" }]\n";
+    let case = write(&folder, "case.toml", case);
+    stdout(&["run", &case, "-o", &path("r")]);
+    let (_, data) = page(&path("r"));
+    assert_eq!(names(&data["pictures"], "name"), ["slice-1.apng"]);
+    assert!(data["pictures"][0]["data"].as_str().unwrap().starts_with("data:image/png;base64,iVBORw0KGgo"));
+    let charts = names(&data["charts"], "title");
+    assert!(
+        charts.iter().any(|c| c.contains("energies")) && charts.iter().any(|c| c == "end_displacement"),
+        "{charts:?}"
+    );
+}
+
+#[test]
+fn names_cannot_break_out_and_folders_without_results_are_refused() {
+    let folder = folder();
+    let bad = "</script><script>alert(1)</script>";
+    let material =
+        format!("name = {bad:?}\nclass = \"cubic\"\nunit = \"GPa\"\nstiffness = {{ c11 = 200, c12 = 80, c44 = 70 }}\n");
+    let material = write(&folder, "m.toml", &material);
+    let dir = folder.path().join("c").display().to_string();
+    stdout(&["calibrate", &material, "--horizon", "2", "-o", &dir]);
+    let (text, data) = page(&dir);
+    assert!(!text.contains("alert(1)</script>") && data["title"] == bad);
+    let message = refused(&["report", &folder.path().display().to_string()], 2);
+    assert!(message.contains("holds no results") && message.contains("-o"), "{message}");
+    let chosen = folder.path().join("page.html").display().to_string();
+    stdout(&["report", &dir, "-o", &chosen]);
+    assert!(std::path::Path::new(&chosen).is_file());
+}

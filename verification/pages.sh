@@ -1,0 +1,27 @@
+#!/usr/bin/env bash
+# Pages of results in a real browser: they draw, turn, cut and zoom by keys, in light and dark, fetch nothing and print
+# nothing on the console. Needs Chromium and Python 3 with venv; about a minute.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+work=${1:-target/pages}
+rm -rf "$work"/results
+mkdir -p "$work"/results
+if [ ! -x "$work/venv/bin/python" ]; then
+    python3 -m venv "$work/venv"
+    "$work/venv/bin/pip" install --quiet websocket-client
+fi
+cargo build --release --quiet -p anisobond-cli
+anisobond() { target/release/anisobond "$@" > "$work/log"; }
+results=$work/results
+anisobond calibrate KIO3 --horizon 6 -o "$results/calibration"
+anisobond pack --number 100000 --porosity 0.45 --seed 1 -o "$results/packing.csv"
+anisobond lattice "$results/packing.csv" cases/materials/rock.toml --contact-radius 1.3 -o "$results/lattice"
+anisobond pack --number 400 --porosity 0.42 --seed 1 -o "$results/small.csv"
+anisobond element-test "$results/small.csv" cases/materials/rock.toml --contact-radius 1.6 -o "$results/element-test"
+anisobond run cases/wave.toml -o "$results/run"
+pages=()
+for kind in calibration lattice element-test run; do
+    anisobond report "$results/$kind" -o "$results/$kind.html"
+    pages+=("$results/$kind.html")
+done
+"$work/venv/bin/python" verification/pages/drive.py "${pages[@]}" --pictures "$work/pictures"
