@@ -1,5 +1,5 @@
 //! Bodies on grids against closed forms: waves, beams, a pressurised hole, and how errors fall. Run with
-//! `cargo bench -p anisobond --bench bodies [-- waves thin beam hole]`; `verification/bodies.sh` keeps what it prints.
+//! `cargo bench -p anisobond --bench bodies [-- waves thin patch beam hole]`; `verification/bodies.sh` keeps what it prints.
 
 use anisobond::calibration::{LowerBound, Model, ModelCalibrator, ModelSettings};
 use anisobond::experiment::closed_forms::{Cantilever, PressurisedHole, bar_wave, plate_waves};
@@ -9,7 +9,7 @@ use anisobond::lattice::{Body, Grid, Influence, Neighbourhood};
 use anisobond::operator::grid::{GridBonds, Stencil};
 use anisobond::operator::{GridOperator, VectorField};
 use anisobond::tensor::{Material, Stiffness};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{DMatrix, Matrix3, Vector3};
 
 const SPACING: f64 = 1e-3;
 const DENSITY: f64 = 2500.0;
@@ -22,6 +22,9 @@ fn main() {
     }
     if wanted("thin") {
         thin_bodies();
+    }
+    if wanted("patch") {
+        patch();
     }
     if wanted("beam") {
         beam();
@@ -180,6 +183,49 @@ fn plate_polarisation(c: &Stiffness) -> Vector3<f64> {
     eigen.eigenvectors.column(eigen.eigenvalues.imax()).into_owned()
 }
 
+/// A bar of n × n × 3n nodes under tension, free: its longitudinal strain and its contraction over those of compliance, less 1,
+/// from the mean displacement gradient of its middle third.
+fn patch_errors(n: usize, c: &Stiffness, surface: bool) -> [f64; 2] {
+    let text = "[[condition]]\non = 'z-max'\ntraction = '0, 0, 1 MPa'\n[[condition]]\non = 'z-min'\n\
+                traction = '0, 0, -1 MPa'\n[equilibrium]\ntolerance = 1e-9\n";
+    let mut simulation = Simulation::new(problem([n, n, 3 * n], [false; 3], c, surface, text)).expect("a simulation");
+    simulation.advance().expect("an equilibrium");
+    let (u, grid) = (simulation.displacement(), &simulation.problem().body.grid);
+    let middle: Vec<usize> = (0..grid.len()).filter(|&i| (n..2 * n).contains(&grid.coordinates(i)[2])).collect();
+    let count = middle.len() as f64;
+    let centre = middle.iter().map(|&i| grid.position(i)).sum::<Vector3<f64>>() / count;
+    let mean = middle.iter().map(|&i| u.at(i)).sum::<Vector3<f64>>() / count;
+    let (mut ux, mut xx) = (Matrix3::zeros(), Matrix3::zeros());
+    for &i in &middle {
+        let x = grid.position(i) - centre;
+        ux += (u.at(i) - mean) * x.transpose();
+        xx += x * x.transpose();
+    }
+    let gradient = ux * xx.try_inverse().expect("a body of three dimensions");
+    let s = c.compliance_voigt().expect("a positive definite tensor");
+    let along = gradient[(2, 2)] / (s[(2, 2)] * 1e6) - 1.0;
+    let across = (gradient[(0, 0)] + gradient[(1, 1)]) / ((s[(0, 2)] + s[(1, 2)]) * 1e6) - 1.0;
+    [along, across]
+}
+
+/// The patch test of a finite block.
+fn patch() {
+    println!(
+        "Patch test: a free bar of n × n × 3n nodes under uniform tractions on its ends, horizon 3 spacings, model hybrid:"
+    );
+    println!("mean strain along and contraction across its middle third over the compliance's, less 1\n");
+    println!("material         n      along off        on    across off        on");
+    let glass = Stiffness::isotropic(28e9, 28e9);
+    let mon = Material::builtin("MoN").expect("a built-in material").stiffness;
+    for (name, c) in [("isotropic ν ¼", glass), ("MoN", mon)] {
+        for n in [8, 16, 32] {
+            let [off, on] = [false, true].map(|surface| patch_errors(n, &c, surface));
+            println!("{name:14} {n:3}      {:+.2e} {:+.2e}     {:+.2e} {:+.2e}", off[0], on[0], off[1], on[1]);
+        }
+    }
+    println!();
+}
+
 /// Prescribe a field of displacements (m) on nodes.
 fn prescribe(problem: &mut Problem, nodes: impl Iterator<Item = usize>, field: impl Fn(&Vector3<f64>) -> Vector3<f64>) {
     for node in nodes {
@@ -263,89 +309,212 @@ fn hole() {
     println!("model hybrid, horizon 3 spacings, a square of 8 a with the closed form's displacement at its edges.");
     println!("Wall: nodes nearest to (a, 0) and (0, a), against the closed form there; ring: 1.4 a < r < 2 a\n");
     println!("a/Δ  surface  nodes   u_x −1      u_y −1      (u_y/u_x) −1   ‖u‖ ring    σ_θθ ring");
+    let mut hoops = Vec::new();
     for surface in [false, true] {
         let mut last: Option<[f64; 2]> = None;
-        for per_radius in [10, 20, 40] {
-            let r = hole_errors(per_radius, surface);
+        let on = if surface { "on" } else { "off" };
+        for per_radius in [10, 20, 40, 80] {
+            let hole = Hole::new(per_radius, surface);
+            let (wall, ring) = (hole.wall(), hole.ring());
             let orders = last.map_or(String::new(), |l| {
-                format!("   orders {:.2} {:.2}", order(l[0], r.ring[0]), order(l[1], r.ring[1]))
+                format!("   orders {:.2} {:.2}", order(l[0], ring[0]), order(l[1], ring[1]))
             });
-            let on = if surface { "on" } else { "off" };
             println!(
                 "{per_radius:3}  {on:7} {:6}  {:+.3e}  {:+.3e}  {:+.3e}     {:.3e}   {:.3e}{orders}",
-                r.nodes, r.wall[0], r.wall[1], r.wall[2], r.ring[0], r.ring[1]
+                hole.simulation.problem().body.nodes(),
+                wall[0],
+                wall[1],
+                wall[2],
+                ring[0],
+                ring[1]
             );
-            last = Some(r.ring);
+            last = Some(ring);
+            hoops.push((per_radius, on, hole.hoop()));
         }
+    }
+    print_hoops(&hoops);
+}
+
+/// Angles (degrees) at which the hoop stress is looked at.
+const ANGLES: [f64; 7] = [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0];
+
+/// Hoop stress over pressure, measured and exact, by angle.
+struct Hoop {
+    /// One horizon inside the wall.
+    inside: [[f64; 2]; 7],
+    /// At the wall, by the quadratic in (a/r)² through the values one, two and three horizons inside: of the measured
+    /// values, of the closed form's at the same points, and the closed form itself.
+    wall: [[f64; 3]; 7],
+}
+
+fn print_hoops(hoops: &[(usize, &str, Hoop)]) {
+    println!(
+        "\nHoop stress over pressure, from displacement gradients (a quadratic through the nodes within 2.2 spacings);"
+    );
+    println!(
+        "one horizon inside the wall against the closed form there, and extrapolated to the wall through the values"
+    );
+    println!("one, two and three horizons inside (quadratic in (a/r)²)\n");
+    println!("                       {}   largest error", ANGLES.map(|a| format!("{a:5}°")).join(" "));
+    let row =
+        |values: &dyn Fn(usize) -> f64| (0..7).map(|i| format!("{:6.3}", values(i))).collect::<Vec<_>>().join(" ");
+    if let Some((_, _, hoop)) = hoops.first() {
+        println!("wall, closed form      {}", row(&|i| hoop.wall[i][2]));
+    }
+    for (per_radius, on, hoop) in hoops {
+        let most = |error: &dyn Fn(usize) -> f64| (0..7).map(error).fold(0.0, f64::max);
+        let inside = most(&|i| (hoop.inside[i][0] / hoop.inside[i][1] - 1.0).abs());
+        println!("a/Δ {per_radius:2} {on:3} one inside    {}   {inside:.1e}", row(&|i| hoop.inside[i][0]));
+        println!("           closed form {}", row(&|i| hoop.inside[i][1]));
+        let wall = most(&|i| (hoop.wall[i][0] / hoop.wall[i][2] - 1.0).abs());
+        println!("           at the wall {}   {wall:.1e}", row(&|i| hoop.wall[i][0]));
+        let own = most(&|i| (hoop.wall[i][1] / hoop.wall[i][2] - 1.0).abs());
+        println!("           closed form, extrapolated the same way: largest error {own:.1e}");
     }
     println!();
 }
 
-/// Relative errors of a pressurised hole.
-struct HoleErrors {
-    nodes: usize,
-    /// u_x at (a, 0), u_y at (0, a), their ratio.
-    wall: [f64; 3],
-    /// Displacement and hoop stress on the ring, root mean square.
-    ring: [f64; 2],
+/// A pressurised hole of radius 1 m, p = 1 MPa, in equilibrium.
+struct Hole {
+    simulation: Simulation,
+    displacement: VectorField,
+    exact: PressurisedHole,
+    stiffness: Stiffness,
 }
 
-fn hole_errors(per_radius: usize, surface: bool) -> HoleErrors {
-    let text = format!(
-        "name = 'hole'\nmaterial = {{ class = 'transversely-isotropic', unit = 'MPa', axis = [0, 1, 0], c11 = 130, c33 = 55, \
-         c13 = 28, c12 = 40, c44 = 32.25 }}\n[solids.hole]\ncylinder = {{ axis = 'z', radius = '1 m' }}\n[body]\n\
-         difference = [{{ box = {{ size = '8, 8, 8 m' }} }}, 'hole']\n[grid]\nspacing = '{} m'\nhorizon = 3\n\
-         plane_strain = 'z'\n[model]\nbonds = 'hybrid'\nsurface_calibration = {surface}\n[[condition]]\non = 'hole'\n\
-         pressure = '1 MPa'\n[equilibrium]\ntolerance = 1e-9\n",
-        1.0 / per_radius as f64
-    );
-    let case = CaseFile::parse(&text, "hole.toml", &[]).expect("a case");
-    let mut problem = case.problem().expect("a problem");
-    assert_eq!(problem.model, Model::Hybrid);
-    let exact = PressurisedHole::new(&problem.regions[0].stiffness, 1.0, 1e6).expect("a hole");
-    let grid = problem.body.grid.clone();
-    let edges = (0..grid.len()).filter(|&node| {
-        let at = grid.coordinates(node);
-        (0..2).any(|a| at[a] < 3 || at[a] + 3 >= grid.nodes[a])
-    });
-    prescribe(&mut problem, edges, |x| exact.displacement([x.x, x.y]));
-    let mut simulation = Simulation::new(problem).expect("a simulation");
-    simulation.advance().expect("an equilibrium");
-    let (u, body) = (simulation.displacement(), &simulation.problem().body);
-    let (_, stress) = simulation.field(FieldName::Stress);
-    let nearest = |to: Vector3<f64>| {
-        let distance = |n: &usize| {
-            let x = grid.position(*n);
-            (Vector3::new(x.x, x.y, 0.0) - to).norm()
+const PRESSURE: f64 = 1e6;
+
+impl Hole {
+    fn new(per_radius: usize, surface: bool) -> Self {
+        let text = format!(
+            "name = 'hole'\nmaterial = {{ class = 'transversely-isotropic', unit = 'MPa', axis = [0, 1, 0], c11 = 130, c33 = 55, \
+             c13 = 28, c12 = 40, c44 = 32.25 }}\n[solids.hole]\ncylinder = {{ axis = 'z', radius = '1 m' }}\n[body]\n\
+             difference = [{{ box = {{ size = '8, 8, 8 m' }} }}, 'hole']\n[grid]\nspacing = '{} m'\nhorizon = 3\n\
+             plane_strain = 'z'\n[model]\nbonds = 'hybrid'\nsurface_calibration = {surface}\n[[condition]]\non = 'hole'\n\
+             pressure = '1 MPa'\n[equilibrium]\ntolerance = 1e-9\n",
+            1.0 / per_radius as f64
+        );
+        let case = CaseFile::parse(&text, "hole.toml", &[]).expect("a case");
+        let mut problem = case.problem().expect("a problem");
+        assert_eq!(problem.model, Model::Hybrid);
+        let stiffness = problem.regions[0].stiffness;
+        let exact = PressurisedHole::new(&stiffness, 1.0, PRESSURE).expect("a hole");
+        let grid = problem.body.grid.clone();
+        let edges = (0..grid.len()).filter(|&node| {
+            let at = grid.coordinates(node);
+            (0..2).any(|a| at[a] < 3 || at[a] + 3 >= grid.nodes[a])
+        });
+        prescribe(&mut problem, edges, |x| exact.displacement([x.x, x.y]));
+        let mut simulation = Simulation::new(problem).expect("a simulation");
+        simulation.advance().expect("an equilibrium");
+        let displacement = simulation.displacement();
+        Hole { simulation, displacement, exact, stiffness }
+    }
+
+    /// Material nodes within a distance (m) of a point of the section.
+    fn near(&self, to: [f64; 2], distance: f64) -> Vec<usize> {
+        let body = &self.simulation.problem().body;
+        let within = |n: &usize| {
+            let x = body.grid.position(*n);
+            (x.x - to[0]).hypot(x.y - to[1]) < distance
         };
-        (0..grid.len()).filter(|n| body.has(*n)).min_by(|a, b| distance(a).total_cmp(&distance(b))).expect("a node")
-    };
-    let at_wall = |to: Vector3<f64>, axis: usize| {
-        let node = nearest(to);
-        let x = grid.position(node);
-        (u.at(node)[axis], exact.displacement([x.x, x.y])[axis])
-    };
-    let (x, y) = (at_wall(Vector3::x(), 0), at_wall(Vector3::y(), 1));
-    let mut sums = [0.0; 4];
-    for node in (0..grid.len()).filter(|n| body.has(*n)) {
-        let p = grid.position(node);
-        let r = p.x.hypot(p.y);
-        if !(1.4..2.0).contains(&r) {
-            continue;
+        (0..body.grid.len()).filter(|n| body.has(*n) && within(n)).collect()
+    }
+
+    /// Relative errors of u_x at (a, 0), u_y at (0, a) and their ratio, at the nearest nodes.
+    fn wall(&self) -> [f64; 3] {
+        let grid = &self.simulation.problem().body.grid;
+        let at = |to: [f64; 2], axis: usize| {
+            let distance = |n: &usize| {
+                let x = grid.position(*n);
+                (x.x - to[0]).hypot(x.y - to[1])
+            };
+            let nearest =
+                self.near(to, 2.0 * grid.spacing).into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+            let node = nearest.expect("a node at the wall");
+            let x = grid.position(node);
+            (self.displacement.at(node)[axis], self.exact.displacement([x.x, x.y])[axis])
+        };
+        let (x, y) = (at([1.0, 0.0], 0), at([0.0, 1.0], 1));
+        [x.0 / x.1 - 1.0, y.0 / y.1 - 1.0, (y.0 / x.0) / (y.1 / x.1) - 1.0]
+    }
+
+    /// Root mean square errors of displacement and hoop stress (of the nodes' own stress) on the ring 1.4 a < r < 2 a.
+    fn ring(&self) -> [f64; 2] {
+        let body = &self.simulation.problem().body;
+        let (_, stress) = self.simulation.field(FieldName::Stress);
+        let mut sums = [0.0; 4];
+        for node in (0..body.grid.len()).filter(|n| body.has(*n)) {
+            let p = body.grid.position(node);
+            let r = p.x.hypot(p.y);
+            if !(1.4..2.0).contains(&r) {
+                continue;
+            }
+            let wanted = self.exact.displacement([p.x, p.y]);
+            sums[0] += (self.displacement.at(node) - wanted).norm_squared();
+            sums[1] += wanted.norm_squared();
+            let own = hoop_of([0, 1, 3].map(|i| f64::from(stress[6 * node + i])), [p.x, p.y]);
+            let wanted = self.exact_hoop([p.x, p.y]);
+            sums[2] += (own - wanted).powi(2);
+            sums[3] += wanted * wanted;
         }
-        let wanted = exact.displacement([p.x, p.y]);
-        sums[0] += (u.at(node) - wanted).norm_squared();
-        sums[1] += wanted.norm_squared();
-        let hoop = |s: [f64; 3]| (s[0] * p.y * p.y + s[1] * p.x * p.x - 2.0 * s[2] * p.x * p.y) / (r * r);
-        let own = hoop([0, 1, 3].map(|i| f64::from(stress[6 * node + i])));
-        let s = exact.stress([p.x, p.y]);
-        let wanted = hoop([s[(0, 0)], s[(1, 1)], s[(0, 1)]]);
-        sums[2] += (own - wanted).powi(2);
-        sums[3] += wanted * wanted;
+        [(sums[0] / sums[1]).sqrt(), (sums[2] / sums[3]).sqrt()]
     }
-    HoleErrors {
-        nodes: body.nodes(),
-        wall: [x.0 / x.1 - 1.0, y.0 / y.1 - 1.0, (y.0 / x.0) / (y.1 / x.1) - 1.0],
-        ring: [(sums[0] / sums[1]).sqrt(), (sums[2] / sums[3]).sqrt()],
+
+    fn exact_hoop(&self, x: [f64; 2]) -> f64 {
+        let s = self.exact.stress(x);
+        hoop_of([s[(0, 0)], s[(1, 1)], s[(0, 1)]], x)
     }
+
+    /// Hoop stress (Pa) at a point from the gradient of the quadratic that fits the displacements around it best.
+    fn fitted_hoop(&self, x: [f64; 2]) -> f64 {
+        let grid = &self.simulation.problem().body.grid;
+        let nodes = self.near(x, 2.2 * grid.spacing);
+        let offset = |n: usize| {
+            let p = grid.position(n);
+            [(p.x - x[0]) / grid.spacing, (p.y - x[1]) / grid.spacing]
+        };
+        let rows = DMatrix::from_fn(nodes.len(), 6, |r, c| {
+            let [dx, dy] = offset(nodes[r]);
+            [1.0, dx, dy, dx * dx, dx * dy, dy * dy][c]
+        });
+        let values = DMatrix::from_fn(nodes.len(), 3, |r, c| self.displacement.at(nodes[r])[c]);
+        let fit = rows.svd(true, true).solve(&values, 1e-12).expect("both factors");
+        let gradient = Matrix3::from_fn(|i, j| if j < 2 { fit[(1 + j, i)] / grid.spacing } else { 0.0 });
+        let stress = |i: usize, j: usize| -> f64 {
+            (0..9).map(|n| self.stiffness.component(i, j, n / 3, n % 3) * gradient[(n / 3, n % 3)]).sum()
+        };
+        hoop_of([stress(0, 0), stress(1, 1), stress(0, 1)], x)
+    }
+
+    fn hoop(&self) -> Hoop {
+        let horizon = 3.0 * self.simulation.problem().body.grid.spacing;
+        let mut hoop = Hoop { inside: [[0.0; 2]; 7], wall: [[0.0; 3]; 7] };
+        for (i, angle) in ANGLES.iter().enumerate() {
+            let (sin, cos) = angle.to_radians().sin_cos();
+            let radii = [1.0, 2.0, 3.0].map(|k| 1.0 + k * horizon);
+            let measured = radii.map(|r| self.fitted_hoop([r * cos, r * sin]) / PRESSURE);
+            let exact = radii.map(|r| self.exact_hoop([r * cos, r * sin]) / PRESSURE);
+            let s = radii.map(|r| r.powi(-2));
+            let wall = self.exact_hoop([cos, sin]) / PRESSURE;
+            hoop.inside[i] = [measured[0], exact[0]];
+            hoop.wall[i] = [through(s, measured), through(s, exact), wall];
+        }
+        hoop
+    }
+}
+
+/// σ_θθ at a point of (σ_xx, σ_yy, σ_xy).
+fn hoop_of(s: [f64; 3], [x, y]: [f64; 2]) -> f64 {
+    (s[0] * y * y + s[1] * x * x - 2.0 * s[2] * x * y) / (x * x + y * y)
+}
+
+/// The value at 1 of the quadratic through three points.
+fn through(s: [f64; 3], y: [f64; 3]) -> f64 {
+    (0..3)
+        .map(|i| {
+            let others = (0..3).filter(|&j| j != i);
+            y[i] * others.map(|j| (1.0 - s[j]) / (s[i] - s[j])).product::<f64>()
+        })
+        .sum()
 }

@@ -2,7 +2,7 @@
 //! coarse grids, against node blocks alone (Jacobi). Run with
 //! `cargo bench -p anisobond --bench equilibrium -- [nodes per edge …] [built-in material …] [crack]`;
 //! `crack` cuts the block through six tenths of its section instead of the hole, `hybrid` adds the nodal term. Jacobi runs
-//! up to 96³ nodes.
+//! up to 128³ nodes.
 
 use std::time::Instant;
 
@@ -16,7 +16,7 @@ use anisobond::tensor::{Material, Stiffness};
 use nalgebra::Vector3;
 
 /// Nodes per edge up to which Jacobi runs.
-const MOST_JACOBI: usize = 96;
+const MOST_JACOBI: usize = 128;
 
 /// A block of n³ nodes with a hole through it (radius a fifth of the edge) or a crack, held at the bottom, pulled at the
 /// top.

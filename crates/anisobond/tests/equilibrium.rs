@@ -215,6 +215,25 @@ fn iterations_hardly_grow_with_the_grid() {
     assert!(large as f64 > 1.5 * small as f64, "{small} → {large}");
 }
 
+/// Displacements jump across a crack on every coarse grid, too: a crack costs iterations, but not with the number of nodes.
+#[test]
+fn cracks_cost_iterations_but_not_with_the_grid() {
+    let iterations = |n: usize| {
+        let mut body = with_materials(Body::full(grid([n; 3], [false; 3])), &[steel()]);
+        let (plane, tip) = ((0.5 * n as f64 - 0.49) * SPACING, 0.6 * n as f64 * SPACING);
+        body.cut(|p, q| (p.z < plane) != (q.z < plane) && p.x < tip);
+        let supports = held(&body.body);
+        let mut load = VectorField::zeros(body.body.grid.len());
+        load.components[2][n * n * (n - 1)..].fill(1.0);
+        let equilibrium = Equilibrium::new(&body, &supports, Method::default());
+        let (_, report) = equilibrium.solve(&load, VectorField::zeros(load.len()), &Stopping::default()).unwrap();
+        assert!(report.converged(), "{report:?}");
+        report.iterations
+    };
+    let (small, large) = (iterations(12), iterations(24));
+    assert!(large <= 45 && large as f64 <= 1.3 * small as f64, "{small} → {large}");
+}
+
 #[test]
 fn every_material_of_the_document_converges() {
     for name in Material::builtin_names() {

@@ -1,6 +1,8 @@
 //! The program as a user runs it.
 #![allow(dead_code)] // each test file uses its own part
 
+pub mod torn;
+
 use std::process::{Command, Output};
 
 use serde_json::Value;

@@ -58,7 +58,15 @@ fn decode(bytes: &[u8]) -> Result<SavedState> {
 
 /// The message of a checkpoint that cannot be used.
 fn unusable(why: &str) -> Error {
-    Error::input(format!("the checkpoint cannot be used: {why}"), "use the one before, or start the run anew")
+    Error::input(format!("the checkpoint cannot be used: {why}"), "start the run anew in another folder")
+}
+
+/// What is wrong, and where, without the remedy.
+fn reason(error: &Error) -> String {
+    match error {
+        Error::Input { place, problem, .. } => format!("{place}: {problem}"),
+        other => other.to_string(),
+    }
 }
 
 /// Numbers as little-endian bytes.
@@ -127,7 +135,11 @@ impl Checkpoints {
             Ok(state) => Ok((state, None)),
             Err(error) => match read(&self.before) {
                 Ok(state) => Ok((state, Some(error.to_string()))),
-                Err(_) => Err(error),
+                Err(_) if !self.before.exists() => Err(error),
+                Err(before) => Err(Error::input(
+                    format!("both checkpoints are damaged: {}; {}", reason(&error), reason(&before)),
+                    "start the run anew in another folder",
+                )),
             },
         }
     }

@@ -6,7 +6,8 @@ use std::sync::atomic::Ordering::Relaxed;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use crate::lattice::Grid;
+use super::links::Links;
+use crate::lattice::{Body, Grid};
 use crate::operator::GridOperator;
 
 /// Nodes connected by bonds. Along a periodic axis that the part does not go around, positions are unwrapped.
@@ -69,17 +70,79 @@ impl ConnectedPart {
     }
 }
 
-/// The connected parts of a body, by their first nodes.
-pub fn connected_parts(operator: &dyn GridOperator) -> Vec<ConnectedPart> {
+/// The connected parts of a body by their first nodes, and the neighbours that cracks part.
+pub(super) fn visit_bonds(operator: &dyn GridOperator) -> (Vec<ConnectedPart>, Links) {
     let body = operator.body();
     let parent: Vec<AtomicU32> = (0..body.grid.len() as u32).map(AtomicU32::new).collect();
-    (0..body.grid.len()).into_par_iter().with_min_len(1024).filter(|n| body.has(*n)).for_each(|node| {
-        operator.half_bonds(node, &mut |other| join(&parent, node as u32, other as u32));
-    });
+    let steps = half_steps();
+    let seen: Vec<Seen> = (0..body.grid.len())
+        .into_par_iter()
+        .with_min_len(1024)
+        .map(|node| {
+            let mut seen = Seen::default();
+            if !body.has(node) {
+                return seen;
+            }
+            let near = steps.map(|step| body.grid.neighbour(node, step).filter(|&n| n != node && body.has(n)));
+            operator.half_bonds(node, &mut |other| {
+                join(&parent, node as u32, other as u32);
+                for (s, near) in near.iter().enumerate() {
+                    seen.bonds |= u16::from(*near == Some(other)) << s;
+                }
+            });
+            for (s, near) in near.iter().enumerate() {
+                seen.missing |= u16::from(near.is_some()) << s;
+            }
+            seen.missing &= !seen.bonds;
+            seen
+        })
+        .collect();
+    (parts(body, &parent), parted(body, &steps, &seen))
+}
+
+/// What a node sees of the half of its nearest neighbours, a bit each.
+#[derive(Clone, Copy, Default)]
+struct Seen {
+    /// Bonds to them.
+    bonds: u16,
+    /// Nodes without a bond to them.
+    missing: u16,
+}
+
+/// The steps to the nearest neighbours that come later in the order of nodes.
+fn half_steps() -> [[i32; 3]; 13] {
+    let all = (-1..=1).flat_map(|z| (-1..=1).flat_map(move |y| (-1..=1).map(move |x| [x, y, z])));
+    let mut later = all.filter(|[x, y, z]| [*z, *y, *x] > [0; 3]);
+    std::array::from_fn(|_| later.next().unwrap_or_default())
+}
+
+/// Nearest neighbours without a bond. A step along which no node of a region has a bond says nothing: the material has
+/// none there.
+fn parted(body: &Body, steps: &[[i32; 3]; 13], seen: &[Seen]) -> Links {
+    let mut usual: Vec<u16> = Vec::new();
+    for (seen, &region) in seen.iter().zip(&body.region) {
+        let region = usize::from(region);
+        usual.resize(usual.len().max(region + 1), 0);
+        usual[region] |= seen.bonds;
+    }
+    let mut links = Links::default();
+    for (node, seen) in seen.iter().enumerate().filter(|s| s.1.missing != 0) {
+        let missing = seen.missing & usual[usize::from(body.region[node])];
+        for (_, step) in steps.iter().enumerate().filter(|(s, _)| missing >> s & 1 == 1) {
+            if let Some(other) = body.grid.neighbour(node, *step) {
+                links.part(node, other);
+            }
+        }
+    }
+    links
+}
+
+/// The trees' nodes, by their first ones.
+fn parts(body: &Body, parent: &[AtomicU32]) -> Vec<ConnectedPart> {
     let mut number = vec![u32::MAX; body.grid.len()];
     let mut lists: Vec<Vec<u32>> = Vec::new();
     for node in (0..body.grid.len()).filter(|n| body.has(*n)) {
-        let first = root(&parent, node as u32) as usize;
+        let first = root(parent, node as u32) as usize;
         if number[first] == u32::MAX {
             number[first] = lists.len() as u32;
             lists.push(Vec::new());

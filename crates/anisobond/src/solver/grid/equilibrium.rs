@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::census::{Blocks, Census};
 use super::conjugate_gradients::{GridSolverReport, conjugate_gradients, reference};
 use super::free_modes::FreeModes;
 use super::multigrid::Smoothing;
@@ -53,12 +54,17 @@ pub enum Prepared {
 impl Prepared {
     /// Set up a method for a body and its supports, whose displacements do not matter.
     pub fn new(operator: &dyn GridOperator, supports: &Supports, method: Method) -> Self {
+        Prepared::of(operator, &Census::new(operator), &Blocks::new(operator), supports, method)
+    }
+
+    fn of(operator: &dyn GridOperator, census: &Census, blocks: &Blocks, supports: &Supports, method: Method) -> Self {
+        let node_blocks = || NodeBlocks::of(blocks, operator.body().grid.nodes[0], supports);
         match method {
             Method::CoarseGrids(scheme, smoothing) => {
-                Prepared::Gradients(Box::new(TwoScale::new(operator, supports, scheme, smoothing)))
+                Prepared::Gradients(Box::new(TwoScale::of(operator, census, blocks, supports, scheme, smoothing)))
             }
-            Method::NodeBlocks => Prepared::Gradients(Box::new(NodeBlocks::new(operator, supports))),
-            Method::Relaxation => Prepared::Relaxation(NodeBlocks::new(operator, supports)),
+            Method::NodeBlocks => Prepared::Gradients(Box::new(node_blocks())),
+            Method::Relaxation => Prepared::Relaxation(node_blocks()),
         }
     }
 }
@@ -67,7 +73,11 @@ impl<'a> Equilibrium<'a> {
     /// Find free modes and set up the preconditioner. The supports' displacements do not matter to either: see
     /// [`Equilibrium::with_supports`].
     pub fn new(operator: &'a dyn GridOperator, supports: &'a Supports, method: Method) -> Self {
-        Equilibrium::prepared(operator, supports, Arc::new(Prepared::new(operator, supports, method)))
+        let census = Census::new(operator);
+        let blocks = Blocks::new(operator);
+        let prepared = Arc::new(Prepared::of(operator, &census, &blocks, supports, method));
+        let free = FreeModes::of(operator.body(), &census, |node| blocks.of(node), supports);
+        Equilibrium { operator, supports, free, prepared }
     }
 
     /// With what was prepared for the same supports, of this body or before it lost a few bonds; free modes are found anew.

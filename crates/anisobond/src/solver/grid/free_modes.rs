@@ -2,9 +2,11 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
-use super::connected::{ConnectedPart, connected_parts};
+use super::census::Census;
+use super::connected::ConnectedPart;
 use super::supports::Supports;
 use super::symmetric3::SINGULAR;
+use crate::lattice::Body;
 use crate::operator::{GridOperator, VectorField};
 use crate::{Error, Result};
 
@@ -43,14 +45,24 @@ pub struct FreeModes {
 impl FreeModes {
     /// Find them.
     pub fn new(operator: &dyn GridOperator, supports: &Supports) -> Self {
-        let loose = loose_nodes(operator, supports);
+        FreeModes::of(operator.body(), &Census::new(operator), |node| operator.diagonal_block(node), supports)
+    }
+
+    /// The same with what is known of the nodes, and their blocks (N/m).
+    pub(super) fn of(
+        body: &Body,
+        census: &Census,
+        block: impl Fn(usize) -> Matrix3<f64> + Sync,
+        supports: &Supports,
+    ) -> Self {
+        let loose = loose_nodes(body, census, block, supports);
         let mut free = FreeModes { parts: Vec::new(), modes: Vec::new(), loose, supports: supports.clone() };
-        for part in connected_parts(operator) {
+        for part in &census.parts {
             let number = free.parts.len();
-            let modes = free.modes_of(&part, number);
+            let modes = free.modes_of(part, number);
             if !modes.is_empty() {
                 free.modes.extend(modes);
-                free.parts.push(part);
+                free.parts.push(part.clone());
             }
         }
         free
@@ -268,14 +280,18 @@ fn words(v: &Vector3<f64>) -> String {
 }
 
 /// Nodes whose own block, prescribed components aside, is singular.
-fn loose_nodes(operator: &dyn GridOperator, supports: &Supports) -> Vec<LooseNode> {
+fn loose_nodes(
+    body: &Body,
+    census: &Census,
+    block: impl Fn(usize) -> Matrix3<f64> + Sync,
+    supports: &Supports,
+) -> Vec<LooseNode> {
     use rayon::prelude::*;
-    let body = operator.body();
     (0..body.grid.len())
         .into_par_iter()
-        .filter(|n| body.has(*n) && operator.wholeness(*n) < 1.0 - 1e-9)
+        .filter(|n| body.has(*n) && !census.whole(*n))
         .filter_map(|node| {
-            let mut block = operator.diagonal_block(node);
+            let mut block = block(node);
             let scale = block.trace();
             if block.determinant() > 1e-6 * (scale / 3.0).powi(3) {
                 return None;

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::element::ElementStiffness;
+use super::links::Links;
 use super::symmetric3::{Symmetric3, pseudo_inverse};
 use crate::tensor::Stiffness;
 
@@ -39,21 +40,32 @@ pub struct Hexahedra {
 }
 
 impl Hexahedra {
-    /// A grid of elements of the given regions' tensors (Pa).
-    pub fn new(
+    /// A grid of elements of the given regions' tensors (Pa). Elements that a crack splits hold nothing.
+    pub(super) fn new(
         nodes: [usize; 3],
         elements: [usize; 3],
         edges: [f64; 3],
         parts: Vec<Vec<Part>>,
         support: Vec<[f64; 3]>,
+        links: &Links,
         tensors: &[Stiffness],
     ) -> Self {
         let stiffness = tensors.iter().map(|c| ElementStiffness::new(c, edges)).collect();
         let mut grid =
             Hexahedra { nodes, elements, edges, parts, support, stiffness, inverse: Vec::new(), largest: 1.0 };
+        grid.empty_split(links);
         grid.inverse = (0..grid.len()).into_par_iter().map(|n| pseudo_inverse(&grid.diagonal(n))).collect();
         grid.largest = MARGIN * grid.largest_eigenvalue();
         grid
+    }
+
+    fn empty_split(&mut self, links: &Links) {
+        let [e1, e2, _] = self.elements;
+        for e in 0..self.parts.len() {
+            if links.splits(&self.corners([e % e1, e / e1 % e2, e / (e1 * e2)])) {
+                self.parts[e].clear();
+            }
+        }
     }
 
     /// Number of nodes.

@@ -1,12 +1,14 @@
 //! Equilibrium of bodies on grids.
 
 mod banded;
+mod census;
 mod conjugate_gradients;
 mod connected;
 mod element;
 mod equilibrium;
 mod free_modes;
 mod hexahedra;
+mod links;
 mod load_steps;
 mod multigrid;
 mod nonlinear;

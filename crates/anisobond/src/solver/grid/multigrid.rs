@@ -2,6 +2,7 @@
 
 use super::banded::BandedCholesky;
 use super::hexahedra::{Hexahedra, Part};
+use super::links::Links;
 use super::transfer::Transfer;
 use crate::tensor::Stiffness;
 
@@ -38,11 +39,11 @@ pub struct Multigrid {
 }
 
 impl Multigrid {
-    /// From the finest grid of elements.
-    pub fn new(finest: Hexahedra, tensors: &[Stiffness], smoothing: Smoothing) -> Self {
+    /// From the finest grid of elements and what cracks part on it.
+    pub(super) fn new(finest: Hexahedra, mut links: Links, tensors: &[Stiffness], smoothing: Smoothing) -> Self {
         let mut levels = vec![finest];
         let mut transfers = Vec::new();
-        while let Some((transfer, coarse)) = levels.last().and_then(|fine| coarser(fine, tensors)) {
+        while let Some((transfer, coarse)) = levels.last().and_then(|fine| coarser(fine, &mut links, tensors)) {
             transfers.push(transfer);
             levels.push(coarse);
         }
@@ -109,14 +110,14 @@ fn add(x: &mut [[f64; 3]], y: &[[f64; 3]]) {
 }
 
 /// The next grid, unless this one is small enough to be solved exactly or cannot be coarsened.
-fn coarser(fine: &Hexahedra, tensors: &[Stiffness]) -> Option<(Transfer, Hexahedra)> {
+fn coarser(fine: &Hexahedra, links: &mut Links, tensors: &[Stiffness]) -> Option<(Transfer, Hexahedra)> {
     let mut sorted = fine.nodes;
     sorted.sort_unstable();
     let band = 3.0 * (sorted[0] * sorted[1]) as f64;
     if 3.0 * fine.len() as f64 * band * band <= BOTTOM_COST {
         return None;
     }
-    let transfer = Transfer::new(fine.nodes, fine.wraps());
+    let transfer = Transfer::new(fine.nodes, fine.wraps()).beside(links);
     if transfer.axes.iter().all(|a| a.factor == 1) {
         return None;
     }
@@ -134,7 +135,8 @@ fn coarser(fine: &Hexahedra, tensors: &[Stiffness]) -> Option<(Transfer, Hexahed
     }
     let support = transfer.restrict(|n| fine.support[n]);
     let edges = std::array::from_fn(|a| fine.edges[a] * transfer.axes[a].factor as f64);
-    let grid = Hexahedra::new(transfer.coarse(), elements, edges, parts, support, tensors);
+    *links = links.coarse(&transfer);
+    let grid = Hexahedra::new(transfer.coarse(), elements, edges, parts, support, links, tensors);
     Some((transfer, grid))
 }
 

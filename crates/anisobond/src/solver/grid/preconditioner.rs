@@ -1,14 +1,16 @@
 //! Preconditioners: a node's own block for short waves, coarse grids of local elasticity for long ones.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use rayon::prelude::*;
 
+use super::census::{Blocks, Census};
 use super::hexahedra::{Hexahedra, Part};
 use super::multigrid::{Multigrid, Smoothing, merge};
 use super::supports::Supports;
 use super::symmetric3::{Symmetric3, pseudo_inverse};
 use super::transfer::Transfer;
+use crate::lattice::Body;
 use crate::operator::{GridOperator, VectorField};
 use crate::tensor::Stiffness;
 
@@ -32,30 +34,20 @@ pub struct NodeBlocks {
 impl NodeBlocks {
     /// Of an operator, with prescribed components left out. Equal blocks are kept once.
     pub fn new(operator: &dyn GridOperator, supports: &Supports) -> Self {
-        let grid = &operator.body().grid;
-        let row = grid.nodes[0];
-        let plane = row * grid.nodes[1];
-        let fixed = fixed_bits(grid.len(), supports);
-        let mut kinds: HashMap<[u64; 6], u32> = HashMap::new();
-        let mut inverse = Vec::new();
-        let mut kind = Vec::with_capacity(grid.len());
-        let mut last = None;
-        for start in (0..grid.len()).step_by(plane) {
-            let blocks: Vec<[f64; 6]> =
-                (start..start + plane).into_par_iter().map(|node| free_block(operator, node, fixed[node])).collect();
-            for block in blocks {
-                let key = block.map(f64::to_bits);
-                let number = match last {
-                    Some((k, number)) if k == key => number,
-                    _ => *kinds.entry(key).or_insert_with(|| {
-                        let [a, b, c, d, e, f] = block;
-                        inverse.push(pseudo_inverse(&[[a, f, e], [f, b, d], [e, d, c]]));
-                        (inverse.len() - 1) as u32
-                    }),
-                };
-                last = Some((key, number));
-                kind.push(number);
-            }
+        NodeBlocks::of(&Blocks::new(operator), operator.body().grid.nodes[0], supports)
+    }
+
+    /// The same of what is known of the nodes, in rows of a length.
+    pub(super) fn of(blocks: &Blocks, row: usize, supports: &Supports) -> Self {
+        let mut kind = blocks.kind.clone();
+        let mut inverse: Vec<Symmetric3> = blocks.distinct.iter().map(|block| inverse_of(*block, 0)).collect();
+        let mut known: HashMap<(u32, u8), u32> = HashMap::new();
+        for (node, fixed) in fixed_bits(supports) {
+            let free = blocks.kind[node as usize];
+            kind[node as usize] = *known.entry((free, fixed)).or_insert_with(|| {
+                inverse.push(inverse_of(blocks.distinct[free as usize], fixed));
+                (inverse.len() - 1) as u32
+            });
         }
         NodeBlocks { kind, inverse, row }
     }
@@ -102,19 +94,20 @@ impl Preconditioner for NodeBlocks {
     }
 }
 
-/// The upper triangle of a node's block, prescribed components zeroed.
-fn free_block(operator: &dyn GridOperator, node: usize, fixed: u8) -> [f64; 6] {
-    let block = operator.diagonal_block(node);
-    let at = |i: usize, j: usize| if (fixed >> i | fixed >> j) & 1 == 0 { block[(i, j)] } else { 0.0 };
-    [at(0, 0), at(1, 1), at(2, 2), at(1, 2), at(0, 2), at(0, 1)]
+/// The inverse of a block (11 22 33 23 13 12) whose prescribed components, a bit each, are left out.
+fn inverse_of(block: [f64; 6], fixed: u8) -> Symmetric3 {
+    let at = |i: usize, j: usize, value: f64| if (fixed >> i | fixed >> j) & 1 == 0 { value } else { 0.0 };
+    let [a, b, c, d, e, f] = block;
+    let (a, b, c, d, e, f) = (at(0, 0, a), at(1, 1, b), at(2, 2, c), at(1, 2, d), at(0, 2, e), at(0, 1, f));
+    pseudo_inverse(&[[a, f, e], [f, b, d], [e, d, c]])
 }
 
-/// One bit per component of every node: prescribed or not.
-fn fixed_bits(nodes: usize, supports: &Supports) -> Vec<u8> {
-    let mut bits = vec![0; nodes];
+/// Nodes with prescribed components, with one bit per component that is.
+fn fixed_bits(supports: &Supports) -> BTreeMap<u32, u8> {
+    let mut bits = BTreeMap::new();
     for a in 0..3 {
         for node in supports.nodes(a) {
-            bits[*node as usize] |= 1 << a;
+            *bits.entry(*node).or_default() |= 1 << a;
         }
     }
     bits
@@ -156,19 +149,32 @@ pub struct TwoScale {
 impl TwoScale {
     /// For an operator and its supports.
     pub fn new(operator: &dyn GridOperator, supports: &Supports, scheme: Scheme, smoothing: Smoothing) -> Self {
+        TwoScale::of(operator, &Census::new(operator), &Blocks::new(operator), supports, scheme, smoothing)
+    }
+
+    /// The same with what is known of the nodes.
+    pub(super) fn of(
+        operator: &dyn GridOperator,
+        census: &Census,
+        blocks: &Blocks,
+        supports: &Supports,
+        scheme: Scheme,
+        smoothing: Smoothing,
+    ) -> Self {
         let grid = &operator.body().grid;
         let wraps = std::array::from_fn(|a| grid.periodic[a] || grid.nodes[a] == 1);
-        let transfer = Transfer::new(grid.nodes, wraps);
+        let transfer = Transfer::new(grid.nodes, wraps).beside(&census.links);
+        let links = census.links.coarse(&transfer);
         let regions = operator.body().region.iter().copied().max().unwrap_or(0);
         let tensors: Vec<Stiffness> = (0..regions).map(|r| operator.bulk_stiffness(r)).collect();
         let elements = std::array::from_fn(|a| transfer.axes[a].elements);
         let edges = std::array::from_fn(|a| grid.spacing * transfer.axes[a].factor as f64);
-        let parts = element_parts(operator, &transfer);
-        let springs = springs(operator, supports);
+        let parts = element_parts(operator.body(), census, &transfer);
+        let springs = springs(blocks, supports);
         let support = transfer.restrict(|n| springs.get(&(n as u32)).copied().unwrap_or_default());
-        let finest = Hexahedra::new(transfer.coarse(), elements, edges, parts, support, &tensors);
-        let multigrid = Multigrid::new(finest, &tensors, smoothing);
-        let blocks = NodeBlocks::new(operator, supports);
+        let finest = Hexahedra::new(transfer.coarse(), elements, edges, parts, support, &links, &tensors);
+        let multigrid = Multigrid::new(finest, links, &tensors, smoothing);
+        let blocks = NodeBlocks::of(blocks, grid.nodes[0], supports);
         TwoScale { supports: supports.clone(), blocks, transfer, multigrid, scheme }
     }
 
@@ -223,18 +229,15 @@ impl Preconditioner for TwoScale {
 }
 
 /// What every element of spacing 2Δ holds: nodes are cells of volume Δ³, shared between the elements they touch.
-fn element_parts(operator: &dyn GridOperator, transfer: &Transfer) -> Vec<Vec<Part>> {
-    let body = operator.body();
+fn element_parts(body: &Body, census: &Census, transfer: &Transfer) -> Vec<Vec<Part>> {
     let elements: [usize; 3] = std::array::from_fn(|a| transfer.axes[a].elements);
     let shares: [Vec<Vec<(usize, f64)>>; 3] = std::array::from_fn(|a| {
         let axis = &transfer.axes[a];
         let per_cell = |(e, share): (usize, f64)| (e, share / axis.cells(e, transfer.fine[a]));
         (0..transfer.fine[a]).map(|i| axis.shares_of_node(i).into_iter().map(per_cell).collect()).collect()
     });
-    let wholeness: Vec<f64> =
-        (0..body.grid.len()).into_par_iter().map(|n| if body.has(n) { operator.wholeness(n) } else { 0.0 }).collect();
     let mut parts = vec![Vec::new(); elements.iter().product()];
-    for (node, whole) in wholeness.iter().enumerate().filter(|w| *w.1 > 0.0) {
+    for (node, whole) in census.wholeness.iter().enumerate().filter(|w| *w.1 > 0.0) {
         let [i, j, k] = body.grid.coordinates(node);
         for &(ek, wk) in &shares[2][k] {
             for &(ej, wj) in &shares[1][j] {
@@ -249,11 +252,11 @@ fn element_parts(operator: &dyn GridOperator, transfer: &Transfer) -> Vec<Vec<Pa
 }
 
 /// Springs to ground (N/m) of the nodes with prescribed components.
-fn springs(operator: &dyn GridOperator, supports: &Supports) -> HashMap<u32, [f64; 3]> {
+fn springs(blocks: &Blocks, supports: &Supports) -> HashMap<u32, [f64; 3]> {
     let mut springs: HashMap<u32, [f64; 3]> = HashMap::new();
     for a in 0..3 {
         for node in supports.nodes(a) {
-            let block = operator.diagonal_block(*node as usize);
+            let block = blocks.of(*node as usize);
             springs.entry(*node).or_default()[a] = SUPPORT * block[(a, a)];
         }
     }

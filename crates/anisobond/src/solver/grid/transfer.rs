@@ -2,6 +2,8 @@
 
 use rayon::prelude::*;
 
+use super::links::Links;
+
 /// How one axis is coarsened. Coarse node I lies on fine node 2I; an axis of one element stays as it is.
 #[derive(Clone)]
 pub struct AxisTransfer {
@@ -59,6 +61,16 @@ impl AxisTransfer {
         }
     }
 
+    /// The fine node halfway between those of two neighbouring coarse nodes, or a fine neighbour of the first that is the
+    /// second.
+    pub fn between(&self, from: usize, to: usize, n: usize) -> usize {
+        match (to + n - from) % n {
+            0 => from,
+            1 | 2 if self.wraps || to > from => (from + 1) % n,
+            _ => (from + n - 1) % n,
+        }
+    }
+
     /// Fine cells that make a coarse element; the last of an odd periodic axis has one only.
     pub fn cells(&self, element: usize, n: usize) -> f64 {
         if self.factor == 1 || (self.wraps && element + 1 == self.elements && n % 2 == 1) { 1.0 } else { 2.0 }
@@ -71,12 +83,78 @@ pub struct Transfer {
     pub fine: [usize; 3],
     /// The axes.
     pub axes: [AxisTransfer; 3],
+    /// Fine nodes (ascending) beside cracks, each with the coarse nodes that it takes instead of the usual ones, and weights.
+    exceptions: Vec<(u32, Vec<(u32, f64)>)>,
 }
 
 impl Transfer {
     /// For fine nodes and axes that wrap.
     pub fn new(fine: [usize; 3], wraps: [bool; 3]) -> Self {
-        Transfer { fine, axes: std::array::from_fn(|a| AxisTransfer::new(fine[a], wraps[a])) }
+        Transfer { fine, axes: std::array::from_fn(|a| AxisTransfer::new(fine[a], wraps[a])), exceptions: Vec::new() }
+    }
+
+    /// The same with fine nodes beside cracks taking from their own side only.
+    pub(super) fn beside(mut self, links: &Links) -> Self {
+        self.exceptions = links.exceptions(&self);
+        self
+    }
+
+    /// Coordinates of a fine node.
+    pub(super) fn coordinates(&self, node: usize) -> [usize; 3] {
+        let [n1, n2, _] = self.fine;
+        [node % n1, node / n1 % n2, node / (n1 * n2)]
+    }
+
+    /// Index of a fine node.
+    pub(super) fn fine_index(&self, [i, j, k]: [usize; 3]) -> usize {
+        i + self.fine[0] * (j + self.fine[1] * k)
+    }
+
+    /// Index of a coarse node.
+    pub(super) fn coarse_index(&self, [i, j, k]: [usize; 3]) -> usize {
+        let [n1, n2, _] = self.coarse();
+        i + n1 * (j + n2 * k)
+    }
+
+    /// The fine node on which a coarse one lies; `None` beyond the end of the fine grid.
+    pub(super) fn fine_of(&self, coarse: [usize; 3]) -> Option<[usize; 3]> {
+        let at = [0, 1, 2].map(|a| coarse[a] * self.axes[a].factor);
+        (0..3).all(|a| at[a] < self.fine[a]).then_some(at)
+    }
+
+    /// A coarse node and those one step away from it along any axes.
+    pub(super) fn around(&self, coarse: [usize; 3]) -> Vec<[usize; 3]> {
+        let along = [0, 1, 2].map(|a| {
+            let (n, i) = (self.axes[a].nodes, coarse[a]);
+            let mut places = vec![i];
+            places.extend((i + 1 < n || self.axes[a].wraps).then_some((i + 1) % n));
+            places.extend((i > 0 || self.axes[a].wraps).then_some((i + n - 1) % n));
+            places.sort_unstable();
+            places.dedup();
+            places
+        });
+        let [x, y, z] = &along;
+        z.iter().flat_map(|&k| y.iter().flat_map(move |&j| x.iter().map(move |&i| [i, j, k]))).collect()
+    }
+
+    /// The coarse nodes from which a fine one takes its displacement, and the weights of each.
+    pub(super) fn parents(&self, node: usize) -> Vec<([usize; 3], f64)> {
+        let at = self.coordinates(node);
+        let up = |a: usize| self.axes[a].up[at[a]].iter().filter(|p| p.1 > 0.0);
+        let mut all = Vec::new();
+        for &(k, wk) in up(2) {
+            for &(j, wj) in up(1) {
+                all.extend(up(0).map(|&(i, wi)| ([i, j, k], wi * wj * wk)));
+            }
+        }
+        all
+    }
+
+    /// Exceptions among fine nodes of a range.
+    fn exceptions_in(&self, range: std::ops::Range<usize>) -> &[(u32, Vec<(u32, f64)>)] {
+        let from = self.exceptions.partition_point(|e| (e.0 as usize) < range.start);
+        let to = self.exceptions.partition_point(|e| (e.0 as usize) < range.end);
+        &self.exceptions[from..to]
     }
 
     /// Coarse nodes along each axis.
@@ -106,6 +184,15 @@ impl Transfer {
                 }
             }
         });
+        for (node, own) in &self.exceptions {
+            let r = fine(*node as usize);
+            let usual = self.parents(*node as usize).into_iter().map(|(at, weight)| (self.coarse_index(at), -weight));
+            for (at, weight) in usual.chain(own.iter().map(|p| (p.0 as usize, p.1))) {
+                for a in 0..3 {
+                    coarse[at][a] += weight * r[a];
+                }
+            }
+        }
         coarse
     }
 
@@ -125,8 +212,15 @@ impl Transfer {
                 }
             }
         }
+        let start = self.fine_index([0, j, k]);
+        let mut exceptions = self.exceptions_in(start..start + self.fine[0]).iter().peekable();
         for (i, [(a, wa), (b, wb)]) in ax.up.iter().enumerate() {
-            take(i, std::array::from_fn(|c| wa * line[*a][c] + wb * line[*b][c]));
+            if let Some((_, own)) = exceptions.next_if(|e| e.0 as usize == start + i) {
+                let of = |c: usize| own.iter().map(|&(at, w)| w * coarse[at as usize][c]).sum();
+                take(i, std::array::from_fn(of));
+            } else {
+                take(i, std::array::from_fn(|c| wa * line[*a][c] + wb * line[*b][c]));
+            }
         }
     }
 
