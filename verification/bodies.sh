@@ -38,17 +38,16 @@ TEXT
 ```
 
 A node's own calibration (`each end`, what `surface_calibration` does) restores the sum over all layers: the means of two ends
-keep it, so the membrane's error falls to a thirtieth. It does not balance single layers: in the exact strain the layers at
-the face carry forces up to 9 % of the stress, more than without calibration (4 %), which self-equilibrate within a horizon
+keep it, so the membrane's error falls. It does not balance single layers: in the exact strain the layers at
+the face of this slab carry larger forces than without calibration (the table's last column), which self-equilibrate within a horizon
 and bend the outermost layers. That is the error of the contraction over the whole thickness; it is first order in horizon over
 thickness and stays out of the middle once the faces are more than two horizons apart. Asking that the means of both ends
 reach the tensor at every node (`mean`) makes it worse: the tensor of a node is not its balance of forces. Asking for that
 balance (`faces`: no force on inner layers, the traction on the outermost) and for the tensor's components in the plane makes
 strains exact and the bending error small, with stiffnesses of 0.5 to 2.8 of the bulk's; with the half cell outside the outermost
 nodes free of stress across the plane (`half cell`) the membrane is exact too and bending converges at second order. Both
-hold on flat faces only: at edges, the balances of moments of neighbouring faces conflict, and products or sums of the
-faces' factors leave 1 to 3 % of contraction in bars of 8 to 16 nodes, no better than what is done now. Bodies keep
-`each end`.
+hold on flat faces only: at edges, products or sums of the faces' factors left 1 to 3 % of contraction in bars of 8 to
+16 nodes; edges need a solve of their own. Bodies keep `each end`.
 
 ## Equilibrium of a block with a hole
 
