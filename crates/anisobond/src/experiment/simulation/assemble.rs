@@ -10,7 +10,7 @@ use crate::calibration::{
 };
 use crate::experiment::problem::{FractureEnergy, Problem, RegionMaterial, Softening};
 use crate::lattice::Neighbourhood;
-use crate::operator::grid::{GridBonds, Stencil};
+use crate::operator::grid::{FailingBonds, GridBonds, LinearSoftening, Stencil};
 use crate::tensor::Stiffness;
 use crate::{Error, Result};
 
@@ -60,12 +60,6 @@ fn calibrate(problem: &Problem) -> Result<(Vec<RegionBonds>, Vec<RegionEvidence>
             ));
         }
     };
-    if problem.softening != Softening::Brittle && problem.regions.iter().any(|r| r.fracture.is_some()) {
-        return Err(Error::input(
-            "bonds that soften do not run on grids: theirs break at once",
-            "use softening = \"brittle\", which takes the same fracture energy",
-        ));
-    }
     let calibrator = ModelCalibrator::new(&problem.neighbourhood, settings)?;
     let mut bonds = Vec::with_capacity(problem.regions.len());
     let mut evidence = Vec::with_capacity(problem.regions.len());
@@ -130,7 +124,7 @@ fn is_isotropic(region: &RegionMaterial) -> bool {
 
 /// The bonds of a problem's body, those of truncated neighbourhoods calibrated for themselves where that is asked for,
 /// pre-cracks cut.
-pub(super) fn bonds(problem: &Problem) -> Result<(GridBonds<f64>, Vec<RegionEvidence>)> {
+pub(super) fn bonds(problem: &Problem) -> Result<(FailingBonds, Vec<RegionEvidence>)> {
     let (regions, evidence) = calibrate(problem)?;
     let neighbourhood = &problem.neighbourhood;
     let bulk = regions.iter().map(|r| r.stencil(neighbourhood, &r.micromodulus)).collect();
@@ -147,6 +141,10 @@ pub(super) fn bonds(problem: &Problem) -> Result<(GridBonds<f64>, Vec<RegionEvid
     for crack in &problem.cracks {
         bonds.cut(|p, q| crack.cuts(p, q));
     }
+    let bonds = match problem.softening {
+        Softening::Brittle => FailingBonds::brittle(bonds),
+        Softening::Linear { ratio } => FailingBonds::softening(bonds, LinearSoftening::new(ratio)?),
+    };
     Ok((bonds, evidence))
 }
 
