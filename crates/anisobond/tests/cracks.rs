@@ -120,25 +120,33 @@ fn run(mut simulation: Simulation) -> (Simulation, Vec<CrackPath>) {
     (simulation, cracks)
 }
 
-/// A crack that runs through a plate costs G per area, and more: bonds beside the plane break too, and near the tip bonds
-/// open by much of their critical stretch in a step and break that much too late. The latter, and the drift of the energy,
-/// shrink with the step.
+/// A crack that runs through a plate costs more than G per area, at any step alike, because bonds beside the plane break too:
+/// those across it are as many as G counts, and the energy per broken bond is that of the plane's to a few per cent.
 #[test]
-fn a_crack_through_a_plate_costs_its_energy() {
+fn a_crack_through_a_plate_costs_its_energy_and_that_of_bonds_beside_it() {
     let wanted = 3.8;
     let measured = [0.8, 0.4].map(|safety| {
         let (simulation, cracks) = run(plate(r#"{ energy = "3.8 J/m2" }"#, &grips("0.02 m/s", "40 us", safety)));
         // From the end of the pre-crack through the plate, one layer thick.
         let apparent = simulation.ledger().fracture / (10e-3 * 0.5e-3);
-        let drift = simulation.ledger().relative_drift();
+        assert!(simulation.ledger().relative_drift() < 1e-10);
         assert_eq!(cracks.len(), 1);
         assert!((9.5e-3..10.9e-3).contains(&cracks[0].length), "{}", cracks[0].length);
         assert!(cracks[0].direction[0] > 0.999);
-        println!("plate, step {safety} of the stable one: {apparent:.3} J/m2 for {wanted}, drift {drift:.3}");
-        (apparent, drift)
+        assert!(simulation.largest_damage() < 1.0);
+        // Bonds of a node's half neighbourhood cross |n·ξ|/Δ planes of nodes.
+        let half = simulation.problem().neighbourhood.bonds().iter().skip(61);
+        let across = 20.0 * half.map(|b| b.offset[1].unsigned_abs()).sum::<u32>() as f64;
+        let beside = simulation.ledger().broken_bonds as f64 / across - 1.0;
+        println!(
+            "plate, step {safety}: {apparent:.3} J/m2 for {wanted}, {:.1} % of the broken bonds beside the plane",
+            100.0 * beside
+        );
+        assert!(beside > 0.0 && (apparent / wanted / (1.0 + beside) - 1.0).abs() < 0.15, "{beside}");
+        apparent
     });
-    assert!(measured.iter().all(|(apparent, _)| (0.97 * wanted..1.8 * wanted).contains(apparent)));
-    assert!(measured[1].0 < measured[0].0 && measured[1].1 < 0.65 * measured[0].1);
+    assert!(measured.iter().all(|apparent| (0.97 * wanted..1.5 * wanted).contains(apparent)), "{measured:?}");
+    assert!((measured[1] / measured[0] - 1.0).abs() < 0.1, "{measured:?}");
 }
 
 /// Bonds with an unbreakable end hold whatever the load; the same plate breaks without.
@@ -222,4 +230,50 @@ fn energy_at_finite_stretch_balances_to_second_order() {
     });
     println!("finite stretch: drift {drift:?}");
     assert!(drift[0] < 2e-3 && drift[1] < 0.5 * drift[0], "{drift:?}");
+}
+
+/// In equilibrium too energies balance, to the solver's tolerance, and what bonds set free when they fail is told apart from what
+/// they take.
+#[test]
+fn energy_balances_in_equilibrium_while_bonds_fail() {
+    for softening in ["\"brittle\"", "{ linear = 2.5 }"] {
+        let more = format!(
+            r#"
+model = {{ surface_calibration = false, softening = {softening} }}
+equilibrium = {{ steps = 6, tolerance = 1e-9 }}
+output = {{ frames = 0 }}
+condition = [
+  {{ on = "y-max", thickness = 3, displacement = [0, "0.5 um", 0] }},
+  {{ on = "y-min", thickness = 3, displacement = [0, "-0.5 um", 0] }},
+]
+unbreakable = [{{ on = "y-max", thickness = 6 }}, {{ on = "y-min", thickness = 6 }}]
+"#
+        );
+        let mut simulation = plate(r#"{ energy = "0.4 J/m2" }"#, &more);
+        while !simulation.finished() {
+            simulation.advance().unwrap();
+            assert!(simulation.ledger().relative_drift() < 1e-6, "{softening}: {:?}", simulation.ledger());
+        }
+        let ledger = simulation.ledger();
+        println!("{softening}: {ledger:?}, {:?}", simulation.static_evidence());
+        assert!(ledger.broken_bonds > 200 && ledger.damping > 0.0 && ledger.fracture > 0.0, "{ledger:?}");
+        // The body has come apart: little strain is left of what the loads have brought in.
+        assert!(ledger.strain < 0.5 * ledger.external, "{ledger:?}");
+    }
+}
+
+/// A crack turns into the weak direction of a plate whose planes take 4 J/m² along it and 10 across.
+#[test]
+fn a_crack_follows_the_weak_direction() {
+    for angle in [30.0, 45.0f64] {
+        let (sin, cos) = angle.to_radians().sin_cos();
+        let fracture = format!(
+            r#"{{ directional = [{{ normal = [{}, {cos}, 0], energy = "4 J/m2" }}, {{ normal = [{cos}, {sin}, 0], energy = "10 J/m2" }}, {{ normal = "z", energy = "10 J/m2" }}] }}"#,
+            -sin
+        );
+        let (_, cracks) = run(plate(&fracture, &grips("0.04 m/s", "30 us", 0.8)));
+        let found = cracks.first().map_or(0.0, |c| c.direction[1].atan2(c.direction[0]).to_degrees());
+        println!("weak direction at {angle}°: crack of {:?} m at {found:.1}°", cracks.first().map(|c| c.length));
+        assert!((found - angle).abs() < 8.0, "{found}° for {angle}°");
+    }
 }

@@ -29,6 +29,27 @@ pub struct RegionEvidence {
     pub fracture: Option<FractureReport>,
 }
 
+/// Deviations of the reached fracture energy from the wanted one, root mean square and largest, above which a run is warned of.
+const DEVIATIONS: [f64; 2] = [0.05, 0.1];
+
+impl RegionEvidence {
+    /// A warning where the bonds do not reach the wanted fracture energy.
+    pub(super) fn fracture_warning(&self) -> Option<String> {
+        let report = self.fracture.as_ref()?;
+        let far = report.rms_deviation > DEVIATIONS[0] || report.largest_deviation > DEVIATIONS[1];
+        far.then(|| {
+            let [x, y, z] = report.largest_at;
+            format!(
+                "region {}: the bonds reach the wanted fracture energy to {:.1} % only in the mean, and for the normal \
+                 ({x:.2} {y:.2} {z:.2}) to {:.1} %; a larger horizon ratio has more directions of bonds",
+                self.name,
+                100.0 * report.rms_deviation,
+                100.0 * report.largest_deviation
+            )
+        })
+    }
+}
+
 /// The calibrated bonds of a region.
 struct RegionBonds {
     micromodulus: Vec<f64>,

@@ -4,6 +4,7 @@ mod assemble;
 mod cost;
 mod crack;
 mod crack_path;
+mod crack_tips;
 mod ledger;
 mod loading;
 mod measure;
@@ -17,6 +18,7 @@ pub use self::assemble::RegionEvidence;
 pub use self::cost::RunCost;
 use self::crack::CrackFront;
 pub use self::crack_path::{CrackPath, CrackPoint};
+pub use self::crack_tips::{CrackTip, TipPoint};
 pub use self::ledger::Ledger;
 use self::loading::Loading;
 use self::motion::{Motion, Pass};
@@ -110,8 +112,9 @@ impl Simulation {
         });
         let unstable = regions.iter().filter(|r| !r.stable);
         let unstable = unstable.map(|r| format!("region {}: some wave of its grid has no positive energy", r.name));
+        let fracture = regions.iter().filter_map(RegionEvidence::fracture_warning);
         let mut simulation = Simulation {
-            warnings: warnings.chain(unstable).collect(),
+            warnings: warnings.chain(unstable).chain(fracture).collect(),
             bond_count: bonds.grid().unbroken() as u64,
             u: bonds.grid().padded(),
             crack: CrackFront::new(&problem, bonds.damage()),
