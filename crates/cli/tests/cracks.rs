@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{anisobond, folder, json, write};
+use common::{folder, json, write};
 
 /// A cracked plate pulled apart in motion or equilibrium.
 fn plate(schedule: &str) -> String {
@@ -47,7 +47,7 @@ condition = [{ on = "y-max", thickness = 3, displacement = [0, "0.8 um", 0] }, {
     ] {
         let case = write(&dir, &format!("{name}.toml"), &plate(schedule));
         let out = dir.path().join(name);
-        let summary = json(&anisobond(&["run", &case, "-o", out.to_str().unwrap(), "--json"]));
+        let summary = json(&["run", &case, "-o", out.to_str().unwrap(), "--json"]);
         assert!(summary["energy"]["broken_bonds"].as_u64().unwrap() > 50, "{summary}");
         assert!(summary["relative_drift"].as_f64().unwrap() < 1e-5, "{summary}");
         let crack = &summary["cracks"][0];

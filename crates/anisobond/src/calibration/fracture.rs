@@ -102,7 +102,7 @@ impl CrackPlanes {
         while step > 1e-4 {
             let trials = (0..6).filter_map(|k| {
                 let side = if k % 2 == 0 { step } else { -step };
-                let mut n = best + side * Vector3::ith(k / 2, 1.0);
+                let mut n: Vector3<f64> = best + side * Vector3::ith(k / 2, 1.0);
                 if let CrackPlanes::Around(axis) = self {
                     n -= axis * (axis.dot(&n) / axis.norm_squared());
                 }

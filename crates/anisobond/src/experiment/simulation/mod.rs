@@ -117,7 +117,7 @@ impl Simulation {
             warnings: warnings.chain(unstable).chain(fracture).collect(),
             bond_count: bonds.grid().unbroken() as u64,
             u: bonds.grid().padded(),
-            crack: CrackFront::new(&problem, bonds.damage()),
+            crack: CrackFront::new(&problem, &bonds),
             stage: Stage::Equilibrium { statics: statics_of(&problem.schedule), last: None },
             step: 0,
             steps: 1,
