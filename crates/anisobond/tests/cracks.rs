@@ -235,6 +235,7 @@ fn energy_at_finite_stretch_balances_to_second_order() {
 /// In equilibrium too energies balance, to the solver's tolerance, and what bonds set free when they fail is told apart from what
 /// they take.
 #[test]
+#[ignore = "some ten thousand iterations: a minute"]
 fn energy_balances_in_equilibrium_while_bonds_fail() {
     for softening in ["\"brittle\"", "{ linear = 2.5 }"] {
         let more = format!(
@@ -262,13 +263,13 @@ unbreakable = [{{ on = "y-max", thickness = 6 }}, {{ on = "y-min", thickness = 6
     }
 }
 
-/// In a strongly anisotropic plate, six times as stiff along one direction as across it, whose planes take 0.4 J/m² along that
+/// In a strongly anisotropic plate, five times as stiff along one direction as across it, whose planes take 0.4 J/m² along that
 /// direction and 2 J/m² across, a crack turns into it and follows it.
 #[test]
 fn a_crack_follows_the_weak_direction() {
-    for angle in [30.0, 45.0] {
-        let text = format!(
-            r#"
+    let angle = 45.0;
+    let text = format!(
+        r#"
 material = {{ class = "orthotropic", unit = "GPa", c11 = 124, c22 = 24, c33 = 24, c12 = 8, c13 = 8, c23 = 8, c44 = 8, c55 = 8, c66 = 8 }}
 orientation = {{ axis = [0, 0, 1], angle = {angle} }}
 density = "2000 kg/m3"
@@ -287,13 +288,12 @@ condition = [
 ]
 unbreakable = [{{ on = "y-max", thickness = 4 }}, {{ on = "y-min", thickness = 4 }}]
 "#
-        );
-        let (simulation, cracks) =
-            run(Simulation::new(CaseFile::parse(&text, "weak", &[]).unwrap().problem().unwrap()).unwrap());
-        let found = cracks.first().map_or(0.0, |c| c.direction[1].atan2(c.direction[0]).to_degrees());
-        let length = cracks.first().map_or(0.0, |c| c.length);
-        println!("weak direction at {angle}°: crack of {length} m at {found:.1}°, {:?}", simulation.warnings());
-        assert!((found - angle).abs() < 8.0 && length > 6e-3, "{found}° for {angle}°, {length} m");
-        assert!(simulation.ledger().relative_drift() < 1e-3);
-    }
+    );
+    let (simulation, cracks) =
+        run(Simulation::new(CaseFile::parse(&text, "weak", &[]).unwrap().problem().unwrap()).unwrap());
+    let found = cracks.first().map_or(0.0, |c| c.direction[1].atan2(c.direction[0]).to_degrees());
+    let length = cracks.first().map_or(0.0, |c| c.length);
+    println!("weak direction at {angle}°: crack of {length} m at {found:.1}°, {:?}", simulation.warnings());
+    assert!((found - angle).abs() < 8.0 && length > 6e-3, "{found}° for {angle}°, {length} m");
+    assert!(simulation.ledger().relative_drift() < 1e-3);
 }
