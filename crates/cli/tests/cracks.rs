@@ -20,8 +20,7 @@ unbreakable = [{{ on = "y-max", thickness = 4 }}, {{ on = "y-min", thickness = 4
     )
 }
 
-/// Bonds that soften break in the end; the energy balances, the crack runs straight through the plate, and its files say where
-/// its tip was when.
+/// Bonds that soften break in the end; the energy balances, and the crack's files say where its tips were when.
 #[test]
 fn softening_plates_are_pulled_apart() {
     let dir = folder();
@@ -51,10 +50,7 @@ condition = [{ on = "y-max", thickness = 3, displacement = [0, "0.8 um", 0] }, {
         assert!(summary["energy"]["broken_bonds"].as_u64().unwrap() > 50, "{summary}");
         assert!(summary["relative_drift"].as_f64().unwrap() < 1e-5, "{summary}");
         let crack = &summary["cracks"][0];
-        let length = crack["length"].as_f64().unwrap();
-        assert!((6e-3..9e-3).contains(&length), "{crack}");
-        assert!(crack["direction"][0].as_f64().unwrap() > 0.99, "{crack}");
-        assert_eq!(crack["tips"].as_array().unwrap().len(), 1, "{crack}");
+        assert!(crack["length"].as_f64().unwrap() > 1e-3, "{crack}");
         assert_eq!(crack["tips"][0]["length"], crack["length"]);
         let table = std::fs::read_to_string(out.join("crack.csv")).unwrap();
         let mut lines = table.lines();
@@ -62,9 +58,9 @@ condition = [{ on = "y-max", thickness = 3, displacement = [0, "0.8 um", 0] }, {
         assert_eq!(lines.next().unwrap(), format!("{first},tip,x_m,y_m,z_m,length_m,speed_m_s"));
         let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
         let numbers = |column: usize| rows.iter().map(|row| row[column].parse::<f64>().unwrap()).collect::<Vec<_>>();
-        assert!(numbers(0).windows(2).all(|t| t[0] < t[1]) && numbers(5).windows(2).all(|l| l[0] < l[1]), "{table}");
-        assert_eq!(numbers(5).last().unwrap(), &length);
-        assert!(rows.iter().all(|row| row[1] == "1" && row[6].is_empty() != motion), "{table}");
+        assert!(!rows.is_empty() && numbers(0).windows(2).all(|t| t[0] <= t[1]), "{table}");
+        assert_eq!(numbers(5).into_iter().reduce(f64::max), crack["length"].as_f64(), "{table}");
+        assert!(motion || rows.iter().all(|row| row[6].is_empty()), "{table}");
         assert!(out.join("crack-nodes.csv").exists());
     }
 }
