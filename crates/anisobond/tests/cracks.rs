@@ -120,25 +120,33 @@ fn run(mut simulation: Simulation) -> (Simulation, Vec<CrackPath>) {
     (simulation, cracks)
 }
 
-/// A crack that runs through a plate costs G per area, and more: bonds beside the plane break too, and near the tip bonds
-/// open by much of their critical stretch in a step and break that much too late. The latter, and the drift of the energy,
-/// shrink with the step.
+/// A crack that runs through a plate costs more than G per area, at any step alike, because bonds beside the plane break too:
+/// those across it are as many as G counts, and the energy per broken bond is that of the plane's to a few per cent.
 #[test]
-fn a_crack_through_a_plate_costs_its_energy() {
+fn a_crack_through_a_plate_costs_its_energy_and_that_of_bonds_beside_it() {
     let wanted = 3.8;
     let measured = [0.8, 0.4].map(|safety| {
         let (simulation, cracks) = run(plate(r#"{ energy = "3.8 J/m2" }"#, &grips("0.02 m/s", "40 us", safety)));
         // From the end of the pre-crack through the plate, one layer thick.
         let apparent = simulation.ledger().fracture / (10e-3 * 0.5e-3);
-        let drift = simulation.ledger().relative_drift();
+        assert!(simulation.ledger().relative_drift() < 1e-10);
         assert_eq!(cracks.len(), 1);
         assert!((9.5e-3..10.9e-3).contains(&cracks[0].length), "{}", cracks[0].length);
         assert!(cracks[0].direction[0] > 0.999);
-        println!("plate, step {safety} of the stable one: {apparent:.3} J/m2 for {wanted}, drift {drift:.3}");
-        (apparent, drift)
+        assert!(simulation.largest_damage() < 1.0);
+        // Bonds of a node's half neighbourhood cross |n·ξ|/Δ planes of nodes.
+        let half = simulation.problem().neighbourhood.bonds().iter().skip(61);
+        let across = 20.0 * half.map(|b| b.offset[1].unsigned_abs()).sum::<u32>() as f64;
+        let beside = simulation.ledger().broken_bonds as f64 / across - 1.0;
+        println!(
+            "plate, step {safety}: {apparent:.3} J/m2 for {wanted}, {:.1} % of the broken bonds beside the plane",
+            100.0 * beside
+        );
+        assert!(beside > 0.0 && (apparent / wanted / (1.0 + beside) - 1.0).abs() < 0.15, "{beside}");
+        apparent
     });
-    assert!(measured.iter().all(|(apparent, _)| (0.97 * wanted..1.8 * wanted).contains(apparent)));
-    assert!(measured[1].0 < measured[0].0 && measured[1].1 < 0.65 * measured[0].1);
+    assert!(measured.iter().all(|apparent| (0.97 * wanted..1.5 * wanted).contains(apparent)), "{measured:?}");
+    assert!((measured[1] / measured[0] - 1.0).abs() < 0.1, "{measured:?}");
 }
 
 /// Bonds with an unbreakable end hold whatever the load; the same plate breaks without.
@@ -151,19 +159,141 @@ fn unbreakable_nodes_keep_their_bonds() {
     assert_eq!(broken(&all), 0);
 }
 
-/// What does not run is refused, not taken for something else.
-#[test]
-fn softening_is_refused() {
-    let text = r#"
-material = "Spinel"
-body = { box = { size = "8, 8, 8 mm" } }
-grid = { spacing = "1 mm", horizon = 2 }
-fracture = { energy = "4 J/m2" }
-model = { softening = { linear = 2 } }
-equilibrium = { steps = 1 }
-condition = [{ on = "x-min", displacement = [0, 0, 0] }]
+/// A small block that is hit hard, some of whose bonds break or soften; {…} is filled in. It has damping, loads, prescribed
+/// velocities and displacements.
+fn struck(model: &str, material: &str, more: &str) -> Simulation {
+    let text = format!(
+        r#"
+{material}
+body = {{ box = {{ size = "12, 8, 6 mm" }} }}
+grid = {{ spacing = "1 mm", horizon = 2 }}
+model = {{ surface_calibration = false, {model} }}
+output = {{ frames = 0, probe_every = 1 }}
+condition = [
+  {{ on = "x-min", velocity = ["-40 m/s", "free", "free"], history = {{ ramp = [0, "0.2 us"] }} }},
+  {{ on = "x-max", displacement = [0, "20 um", "free"], history = {{ ramp = [0, "1 us"] }} }},
+  {{ on = "y-max", traction = "0, 300, 40 MPa" }},
+]
+{more}
+"#
+    );
+    Simulation::new(CaseFile::parse(&text, "struck", &[]).unwrap().problem().unwrap()).unwrap()
+}
+
+const STEEL: &str = r#"
+material = { class = "isotropic", unit = "GPa", engineering = { e = 190, nu = 0.25 } }
+density = "8000 kg/m3"
+fracture = { stretch = 0.002 }
 "#;
-    let problem = CaseFile::parse(text, "soft", &[]).unwrap().problem().unwrap();
-    let said = Simulation::new(problem).err().unwrap().to_string();
-    assert!(said.contains("soften") && said.contains("brittle"), "{said}");
+
+const SPINEL: &str = r#"
+material = "Spinel"
+density = "3600 kg/m3"
+fracture = { stretch = 0.002 }
+"#;
+
+/// While bonds break or soften, energy that is there, energy lost and work balance to rounding at every step, at any time step:
+/// what is booked as fracture is exactly what the leapfrog loses by it. The same with the nodal terms of hybrid bonds.
+#[test]
+fn energy_balances_to_rounding_while_bonds_fail() {
+    for (model, material) in [
+        ("softening = \"brittle\"", STEEL),
+        ("softening = { linear = 3 }", STEEL),
+        ("bonds = \"hybrid\"", SPINEL),
+        ("bonds = \"hybrid\", softening = { linear = 3 }", SPINEL),
+    ] {
+        for safety in [0.9, 0.3] {
+            let motion = format!("motion = {{ duration = \"4 us\", damping = \"0.1 1/us\", safety = {safety} }}");
+            let mut simulation = struck(model, material, &motion);
+            while !simulation.finished() {
+                simulation.advance().unwrap();
+                let drift = simulation.ledger().relative_drift();
+                assert!(drift < 1e-12, "{model}, step {}: {drift:e}", simulation.step());
+            }
+            let ledger = simulation.ledger();
+            assert!(ledger.broken_bonds > 100, "{model}: {ledger:?}");
+            let largest = ledger.external.max(ledger.kinetic);
+            assert!(ledger.fracture > 1e-3 * largest, "{model}: {ledger:?}");
+            println!("{model}, {safety}: {} broken, {} soft", ledger.broken_bonds, simulation.bond_state().softened());
+        }
+    }
+}
+
+/// At finite stretch the balance closes with the square of the step.
+#[test]
+fn energy_at_finite_stretch_balances_to_second_order() {
+    let drift = [0.8, 0.4].map(|safety| {
+        let motion = format!("motion = {{ duration = \"1.5 us\", safety = {safety} }}");
+        let (simulation, _) = run(struck("kinematics = \"finite\"", STEEL, &motion));
+        assert!(simulation.ledger().broken_bonds > 100);
+        simulation.ledger().relative_drift()
+    });
+    println!("finite stretch: drift {drift:?}");
+    assert!(drift[0] < 2e-3 && drift[1] < 0.5 * drift[0], "{drift:?}");
+}
+
+/// In equilibrium too energies balance, to the solver's tolerance, and what bonds set free when they fail is told apart from what
+/// they take.
+#[test]
+#[ignore = "some ten thousand iterations: a minute"]
+fn energy_balances_in_equilibrium_while_bonds_fail() {
+    for softening in ["\"brittle\"", "{ linear = 2.5 }"] {
+        let more = format!(
+            r#"
+model = {{ surface_calibration = false, softening = {softening} }}
+equilibrium = {{ steps = 6, tolerance = 1e-9 }}
+output = {{ frames = 0 }}
+condition = [
+  {{ on = "y-max", thickness = 3, displacement = [0, "0.5 um", 0] }},
+  {{ on = "y-min", thickness = 3, displacement = [0, "-0.5 um", 0] }},
+]
+unbreakable = [{{ on = "y-max", thickness = 6 }}, {{ on = "y-min", thickness = 6 }}]
+"#
+        );
+        let mut simulation = plate(r#"{ energy = "0.4 J/m2" }"#, &more);
+        while !simulation.finished() {
+            simulation.advance().unwrap();
+            assert!(simulation.ledger().relative_drift() < 1e-6, "{softening}: {:?}", simulation.ledger());
+        }
+        let ledger = simulation.ledger();
+        println!("{softening}: {ledger:?}, {:?}", simulation.static_evidence());
+        assert!(ledger.broken_bonds > 200 && ledger.damping > 0.0 && ledger.fracture > 0.0, "{ledger:?}");
+        // The body has come apart: little strain is left of what the loads have brought in.
+        assert!(ledger.strain < 0.5 * ledger.external, "{ledger:?}");
+    }
+}
+
+/// In a strongly anisotropic plate, five times as stiff along one direction as across it, whose planes take 0.4 J/m² along that
+/// direction and 2 J/m² across, a crack turns into it and follows it.
+#[test]
+fn a_crack_follows_the_weak_direction() {
+    let angle = 45.0;
+    let text = format!(
+        r#"
+material = {{ class = "orthotropic", unit = "GPa", c11 = 124, c22 = 24, c33 = 24, c12 = 8, c13 = 8, c23 = 8, c44 = 8, c55 = 8, c66 = 8 }}
+orientation = {{ axis = [0, 0, 1], angle = {angle} }}
+density = "2000 kg/m3"
+fracture = {{ directional = [
+  {{ normal = "y", energy = "0.4 J/m2" }}, {{ normal = "x", energy = "2 J/m2" }}, {{ normal = "z", energy = "0.4 J/m2" }},
+] }}
+body = {{ box = {{ min = "0, -9 mm", max = "14, 9 mm" }} }}
+grid = {{ spacing = "0.5 mm", horizon = 3, plane_strain = "z" }}
+model = {{ kinematics = "finite", surface_calibration = false }}
+crack = [{{ line = {{ from = "-1, 0 mm", to = "6.1, 0 mm" }} }}]
+motion = {{ duration = "30 us", safety = 0.7, damping = "0.1 1/us" }}
+output = {{ frames = 0, probe_every = 1000 }}
+condition = [
+  {{ on = "y-max", thickness = 3, velocity = [0, "0.06 m/s", 0], history = {{ ramp = [0, "3 us"] }} }},
+  {{ on = "y-min", thickness = 3, velocity = [0, "-0.06 m/s", 0], history = {{ ramp = [0, "3 us"] }} }},
+]
+unbreakable = [{{ on = "y-max", thickness = 4 }}, {{ on = "y-min", thickness = 4 }}]
+"#
+    );
+    let (simulation, cracks) =
+        run(Simulation::new(CaseFile::parse(&text, "weak", &[]).unwrap().problem().unwrap()).unwrap());
+    let found = cracks.first().map_or(0.0, |c| c.direction[1].atan2(c.direction[0]).to_degrees());
+    let length = cracks.first().map_or(0.0, |c| c.length);
+    println!("weak direction at {angle}°: crack of {length} m at {found:.1}°, {:?}", simulation.warnings());
+    assert!((found - angle).abs() < 8.0 && length > 6e-3, "{found}° for {angle}°, {length} m");
+    assert!(simulation.ledger().relative_drift() < 1e-3);
 }

@@ -86,6 +86,13 @@ fn describe(s: &RunSummary, folder: &str) -> String {
         }
         let [x, y, z] = c.direction;
         out += &format!(", along ({x:.3}, {y:.3}, {z:.3})\n");
+        for (tip, (parent, angle)) in c.tips.iter().filter_map(|tip| tip.branch.map(|branch| (tip, branch))) {
+            let [x, y, _] = tip.start.map(n);
+            out += &format!(
+                "  a branch         of tip {parent}, from ({x}, {y}) m on, {angle:.0}° to it, {} m long\n",
+                n(tip.length)
+            );
+        }
     }
     out += &format!("{:.1} s; results in {folder}\n", s.seconds);
     out

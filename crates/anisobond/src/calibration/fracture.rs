@@ -33,8 +33,9 @@ const LARGEST_INDEX: i32 = 2;
 /// Weight of closeness to one common stretch against closeness to the wanted energy (both relative).
 const UNIFORMITY: f64 = 3e-4;
 
-/// No bond gets less than this part of the uniform s²: a bond of critical stretch 0 would be no bond.
-const LEAST_SQUARE: f64 = 0.04;
+/// No bond gets less than this part of the s² that it would have if every plane had the energy of the weakest: bonds that break
+/// much before others do so all over a body, before any crack runs.
+const LEAST_SQUARE: f64 = 0.5;
 
 /// Which planes a crack may take.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,6 +89,33 @@ impl CrackPlanes {
         normals.into_values().collect()
     }
 
+    /// The unit normal among these planes where a function is least: the least of many, then better ones nearby.
+    fn least(&self, of: impl Fn(&Vector3<f64>) -> f64) -> Result<Vector3<f64>> {
+        let normals = self.normals()?;
+        let mut best = normals[0].0;
+        for (n, _) in &normals {
+            if of(n) < of(&best) {
+                best = *n;
+            }
+        }
+        let mut step = 0.1;
+        while step > 1e-4 {
+            let trials = (0..6).filter_map(|k| {
+                let side = if k % 2 == 0 { step } else { -step };
+                let mut n: Vector3<f64> = best + side * Vector3::ith(k / 2, 1.0);
+                if let CrackPlanes::Around(axis) = self {
+                    n -= axis * (axis.dot(&n) / axis.norm_squared());
+                }
+                n.try_normalize(1e-9)
+            });
+            match trials.min_by(|a, b| of(a).total_cmp(&of(b))).filter(|n| of(n) < of(&best)) {
+                Some(better) => best = better,
+                None => step *= 0.5,
+            }
+        }
+        Ok(best)
+    }
+
     /// Whether a unit normal is among these planes.
     fn holds(&self, n: &Vector3<f64>) -> bool {
         match self {
@@ -95,116 +123,6 @@ impl CrackPlanes {
             CrackPlanes::Around(axis) => axis.dot(n).abs() <= 1e-9 * axis.norm(),
         }
     }
-}
-
-/// A fracture energy by normal, through given values: G² is the even form of the lowest degree (2, 4 or 6) that passes
-/// through them, of the least variance over all directions. One value: the same for every plane. Two or more, of degree
-/// 2: G(n) = √(n·A·n), the support function of an ellipsoid, which is convex whatever its axes: bonds in dense
-/// directions reach it.
-#[derive(Clone, Debug)]
-pub struct EnergyByNormal {
-    degree: usize,
-    coefficients: DVector<f64>,
-}
-
-impl EnergyByNormal {
-    /// Through pairs of a normal (any length, either sign) and an energy (J/m²).
-    ///
-    /// # Errors
-    /// No pairs, zero normals, energies that are not positive, contradicting values, or values between which the form
-    /// is not positive.
-    pub fn through(values: &[(Vector3<f64>, f64)]) -> Result<Self> {
-        let mut points = Vec::new();
-        for (normal, energy) in values {
-            let n = normal.try_normalize(0.0).filter(|n| n.iter().all(|x| x.is_finite()));
-            match n {
-                Some(n) if energy.is_finite() && *energy > 0.0 => points.push((n, energy * energy)),
-                _ => {
-                    return Err(Error::input(
-                        format!("fracture energy {energy} J/m² for the normal {:?}", normal.as_slice()),
-                        "give normals that are not zero and positive energies",
-                    ));
-                }
-            }
-        }
-        let largest = points.iter().map(|(_, g)| *g).fold(0.0, f64::max);
-        if points.is_empty() {
-            return Err(Error::input("no fracture energy is given", "give at least one normal and its energy"));
-        }
-        for degree in [2, 4, 6] {
-            let Some(coefficients) = least_variance(degree, &points, largest) else { continue };
-            let form = EnergyByNormal { degree, coefficients };
-            if points.iter().any(|(n, g)| (form.square(n) - g).abs() > 1e-9 * largest) {
-                continue;
-            }
-            let smallest = SphereRule::GaussProduct { degree: 40 }
-                .points()
-                .into_iter()
-                .min_by(|x, y| form.square(&x.0).total_cmp(&form.square(&y.0)));
-            return match smallest {
-                Some((n, _)) if form.square(&n) <= 0.0 => Err(Error::input(
-                    format!(
-                        "between the given values the fracture energy would vanish near the normal ({:.3} {:.3} {:.3})",
-                        n.x, n.y, n.z
-                    ),
-                    "give its value there too, or smaller contrasts",
-                )),
-                _ => Ok(form),
-            };
-        }
-        Err(Error::input(
-            "no smooth fracture energy passes through the given values",
-            "give one energy per normal (n and −n are one plane) and at most about 20 normals",
-        ))
-    }
-
-    /// G² (J²/m⁴) for a unit normal.
-    fn square(&self, n: &Vector3<f64>) -> f64 {
-        self.coefficients.dot(&monomials(self.degree, n))
-    }
-
-    /// G (J/m²) for a unit normal.
-    pub fn at(&self, n: &Vector3<f64>) -> f64 {
-        self.square(n).max(0.0).sqrt()
-    }
-
-    /// Degree of G² in n: 2, 4 or 6.
-    pub fn degree(&self) -> usize {
-        self.degree
-    }
-}
-
-/// All n₁ᵃ n₂ᵇ n₃ᶜ with a + b + c = degree.
-fn monomials(degree: usize, n: &Vector3<f64>) -> DVector<f64> {
-    let exponents = (0..=degree).flat_map(|a| (0..=degree - a).map(move |b| (a, b)));
-    let all: Vec<f64> =
-        exponents.map(|(a, b)| n.x.powi(a as i32) * n.y.powi(b as i32) * n.z.powi((degree - a - b) as i32)).collect();
-    DVector::from_vec(all)
-}
-
-/// Coefficients of the form of least variance through the points (n, g): minimise ½ cᵀVc subject to Φc = g.
-fn least_variance(degree: usize, points: &[(Vector3<f64>, f64)], unit: f64) -> Option<DVector<f64>> {
-    let size = monomials(degree, &Vector3::x()).len();
-    let (mut second, mut first) = (DMatrix::zeros(size, size), DVector::zeros(size));
-    for (n, w) in (SphereRule::GaussProduct { degree: 2 * degree }).points() {
-        let f = monomials(degree, &n);
-        second += w * &f * f.transpose();
-        first += w * f;
-    }
-    let variance = second - &first * first.transpose();
-    let rows = points.len();
-    let mut system = DMatrix::zeros(size + rows, size + rows);
-    system.view_mut((0, 0), (size, size)).copy_from(&variance);
-    let mut right = DVector::zeros(size + rows);
-    for (i, (n, g)) in points.iter().enumerate() {
-        let f = monomials(degree, n);
-        system.view_mut((size + i, 0), (1, size)).copy_from(&f.transpose());
-        system.view_mut((0, size + i), (size, 1)).copy_from(&f);
-        right[size + i] = g / unit;
-    }
-    // Repeated normals make it singular: the pseudo-inverse, judged by the values it gives.
-    let solution = system.svd(true, true).solve(&right, 1e-12).ok()?;
-    Some(solution.rows(0, size).into_owned() * unit)
 }
 
 /// How well the reached fracture energy follows the wanted one.
@@ -257,8 +175,8 @@ impl CriticalStretches {
     }
 
     /// A stretch per direction of bonds, so that G(n) follows the wanted fracture energy (J/m²) for every plane: least
-    /// squares of the relative deviation with s² ≥ 4 % of the uniform s², and among nearly equal fits the one closest to
-    /// a uniform stretch. Bonds of one direction share their stretch.
+    /// squares of the relative deviation with s² at least half of what a uniform stretch has whose energy is that of the weakest
+    /// plane, and among nearly equal fits the one closest to a uniform stretch. Bonds of one direction share their stretch.
     ///
     /// # Errors
     /// Energies that are not positive; bonds without any stiffness; a zero axis.
@@ -274,11 +192,17 @@ impl CriticalStretches {
             require_energy(wanted(n))?;
         }
         let square = bonds.uniform_square(&normals, &wanted);
-        // The planes of low index are real cracks' planes: they count as much as the others together.
+        // The planes of low index are real cracks' planes: they count as much as the others together. The weakest counts
+        // half as much: near it the energy may change fast.
         let lattice = planes.lattice_normals(neighbourhood);
-        let share = 0.5 / lattice.len().max(1) as f64;
-        let rows: Vec<(Vector3<f64>, f64)> =
-            normals.iter().map(|(n, w)| (*n, 0.5 * w)).chain(lattice.iter().map(|n| (*n, share))).collect();
+        let weakest = planes.least(&wanted)?;
+        let share = 0.4 / lattice.len().max(1) as f64;
+        let rows: Vec<(Vector3<f64>, f64)> = normals
+            .iter()
+            .map(|(n, w)| (*n, 0.4 * w))
+            .chain(lattice.iter().map(|n| (*n, share)))
+            .chain([(weakest, 0.2)])
+            .collect();
         let a = DMatrix::from_fn(rows.len(), bonds.groups.len(), |row, group| {
             let (n, w) = &rows[row];
             w.sqrt() * square * bonds.crossing(group, n) / wanted(n)
@@ -289,21 +213,10 @@ impl CriticalStretches {
         let weights = bonds.groups.iter().map(|g| UNIFORMITY * g.energy / total);
         let weights = DVector::from_iterator(bonds.groups.len(), weights);
         let matrix = a.transpose() * &a + DMatrix::from_diagonal(&weights);
-        let x = bounded_least_squares(&matrix, &(a.transpose() * g + weights), LEAST_SQUARE);
+        let least = LEAST_SQUARE * bonds.uniform_square(&normals, |_| wanted(&weakest)) / square;
+        let x = bounded_least_squares(&matrix, &(a.transpose() * g + weights), least);
         let squares: Vec<f64> = x.iter().map(|x| x * square).collect();
         bonds.with_squares(neighbourhood, &squares, planes, wanted)
-    }
-
-    /// Stretches at which linear softening begins so that it takes the same energy: the force falls from that at s₀ to
-    /// zero at `ratio`·s₀ and the energy of a bond is ½ k |ξ|² s₀² `ratio`, so s₀ = s/√ratio.
-    ///
-    /// # Errors
-    /// A ratio that is not above 1 or not finite.
-    pub fn onset(&self, ratio: f64) -> Result<Vec<f64>> {
-        if !(ratio.is_finite() && ratio > 1.0) {
-            return Err(Error::input(format!("softening ends at {ratio} times its onset"), "give a ratio above 1"));
-        }
-        Ok(self.stretch.iter().map(|s| s / ratio.sqrt()).collect())
     }
 }
 

@@ -23,6 +23,7 @@ pub use problem::{
     Schedule, Slice, Softening,
 };
 pub use simulation::{
-    CrackPath, CrackPoint, Ledger, RegionEvidence, RunCost, SavedState, Simulation, StaticEvidence, StepEvidence,
+    CrackPath, CrackPoint, CrackTip, Ledger, RegionEvidence, RunCost, SavedState, Simulation, StaticEvidence,
+    StepEvidence, TipPoint,
 };
 pub use verification::{Finding, Verdict};

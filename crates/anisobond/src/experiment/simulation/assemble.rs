@@ -10,7 +10,7 @@ use crate::calibration::{
 };
 use crate::experiment::problem::{FractureEnergy, Problem, RegionMaterial, Softening};
 use crate::lattice::Neighbourhood;
-use crate::operator::grid::{GridBonds, Stencil};
+use crate::operator::grid::{FailingBonds, GridBonds, LinearSoftening, Stencil};
 use crate::tensor::Stiffness;
 use crate::{Error, Result};
 
@@ -27,6 +27,27 @@ pub struct RegionEvidence {
     pub stable: bool,
     /// Fracture energy, wanted and reached; `None` where bonds do not break, or break at a given stretch.
     pub fracture: Option<FractureReport>,
+}
+
+/// Deviations of the reached fracture energy from the wanted one, root mean square and largest, above which a run is warned of.
+const DEVIATIONS: [f64; 2] = [0.05, 0.1];
+
+impl RegionEvidence {
+    /// A warning where the bonds do not reach the wanted fracture energy.
+    pub(super) fn fracture_warning(&self) -> Option<String> {
+        let report = self.fracture.as_ref()?;
+        let far = report.rms_deviation > DEVIATIONS[0] || report.largest_deviation > DEVIATIONS[1];
+        far.then(|| {
+            let [x, y, z] = report.largest_at;
+            format!(
+                "region {}: the bonds reach the wanted fracture energy to {:.1} % only in the mean, and for the normal \
+                 ({x:.2} {y:.2} {z:.2}) to {:.1} %; a larger horizon ratio has more directions of bonds",
+                self.name,
+                100.0 * report.rms_deviation,
+                100.0 * report.largest_deviation
+            )
+        })
+    }
 }
 
 /// The calibrated bonds of a region.
@@ -60,12 +81,6 @@ fn calibrate(problem: &Problem) -> Result<(Vec<RegionBonds>, Vec<RegionEvidence>
             ));
         }
     };
-    if problem.softening != Softening::Brittle && problem.regions.iter().any(|r| r.fracture.is_some()) {
-        return Err(Error::input(
-            "bonds that soften do not run on grids: theirs break at once",
-            "use softening = \"brittle\", which takes the same fracture energy",
-        ));
-    }
     let calibrator = ModelCalibrator::new(&problem.neighbourhood, settings)?;
     let mut bonds = Vec::with_capacity(problem.regions.len());
     let mut evidence = Vec::with_capacity(problem.regions.len());
@@ -130,7 +145,7 @@ fn is_isotropic(region: &RegionMaterial) -> bool {
 
 /// The bonds of a problem's body, those of truncated neighbourhoods calibrated for themselves where that is asked for,
 /// pre-cracks cut.
-pub(super) fn bonds(problem: &Problem) -> Result<(GridBonds<f64>, Vec<RegionEvidence>)> {
+pub(super) fn bonds(problem: &Problem) -> Result<(FailingBonds, Vec<RegionEvidence>)> {
     let (regions, evidence) = calibrate(problem)?;
     let neighbourhood = &problem.neighbourhood;
     let bulk = regions.iter().map(|r| r.stencil(neighbourhood, &r.micromodulus)).collect();
@@ -147,6 +162,10 @@ pub(super) fn bonds(problem: &Problem) -> Result<(GridBonds<f64>, Vec<RegionEvid
     for crack in &problem.cracks {
         bonds.cut(|p, q| crack.cuts(p, q));
     }
+    let bonds = match problem.softening {
+        Softening::Brittle => FailingBonds::brittle(bonds),
+        Softening::Linear { ratio } => FailingBonds::softening(bonds, LinearSoftening::new(ratio)?),
+    };
     Ok((bonds, evidence))
 }
 

@@ -45,9 +45,9 @@ impl RunCost {
         let still = VectorField::zeros(problem.body.grid.len());
         match problem.schedule {
             Schedule::Motion { duration, .. } => {
-                let evidence = time_step(problem, &bonds)?;
+                let evidence = time_step(problem, bonds.grid())?;
                 let mut motion = Motion::new(problem, still, evidence.step, damping_of(&problem.schedule));
-                let mut u = bonds.padded();
+                let mut u = bonds.grid().padded();
                 let seconds = per_pass(|| {
                     motion.drift(&mut u);
                     motion.kick(problem, &loading, &mut bonds, &u, (0.0, evidence.step), false);

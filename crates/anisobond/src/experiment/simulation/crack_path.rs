@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
 
 use super::crack::{FROM_THE_START, WHOLE};
+use super::crack_tips::{CrackTip, crack_tips};
 use crate::lattice::Grid;
 
 /// Square of the distance (in spacings) up to which cracked nodes belong to one crack. Ways along such hops are at most 3 %
@@ -14,7 +15,7 @@ use crate::lattice::Grid;
 const REACH: i32 = 6;
 
 /// Part of the way over which the tip's largest speed is taken.
-const WINDOW: f64 = 0.2;
+pub(super) const WINDOW: f64 = 0.2;
 
 /// A node of a crack.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,6 +47,8 @@ pub struct CrackPath {
     pub speed: Option<f64>,
     /// The largest mean speed over a fifth of the way (m/s).
     pub largest_speed: Option<f64>,
+    /// Its tips, the longest first; a crack that does not branch has one. In a body of many layers they are points of its front.
+    pub tips: Vec<CrackTip>,
     /// Its nodes in the order of time.
     #[serde(skip)]
     pub points: Vec<CrackPoint>,
@@ -104,6 +107,7 @@ fn path(grid: &Grid, times: &[f64], nodes: &[usize], hops: &[([i32; 3], f64)], m
     let by_way = |a: &&CrackPoint, b: &&CrackPoint| a.way.total_cmp(&b.way);
     let start = points.iter().min_by(by_way).map_or(points[0], |p| *p);
     let tip = points.iter().max_by(by_way).map_or(points[0], |p| *p);
+    let places: Vec<Vector3<f64>> = points.iter().map(|p| p.place).collect();
     let history = tip_history(&points);
     let moving = motion && history.len() >= 3;
     let largest = history.iter().filter_map(|from| speed_from(from, &history, WINDOW * tip.way));
@@ -112,10 +116,11 @@ fn path(grid: &Grid, times: &[f64], nodes: &[usize], hops: &[([i32; 3], f64)], m
         nodes: points.len(),
         start: start.place.into(),
         tip: tip.place.into(),
-        direction: line(&points, &(tip.place - start.place)).into(),
+        direction: line(&places, &(tip.place - start.place)).into(),
         times: [points[0].time, points[points.len() - 1].time],
         speed: moving.then(|| slope(&history)),
         largest_speed: largest.reduce(f64::max).filter(|_| moving),
+        tips: crack_tips(grid, times, &ways, hops, motion),
         points,
     }
 }
@@ -152,7 +157,7 @@ fn ways(grid: &Grid, times: &[f64], nodes: &[usize], hops: &[([i32; 3], f64)]) -
 }
 
 /// Time and way of the farthest node so far, at each moment at which it moved.
-fn tip_history(points: &[CrackPoint]) -> Vec<[f64; 2]> {
+pub(super) fn tip_history(points: &[CrackPoint]) -> Vec<[f64; 2]> {
     let mut history: Vec<[f64; 2]> = Vec::new();
     for p in points {
         match history.last_mut() {
@@ -165,13 +170,13 @@ fn tip_history(points: &[CrackPoint]) -> Vec<[f64; 2]> {
 }
 
 /// Mean speed (m/s) from a moment over the next part of the way.
-fn speed_from(from: &[f64; 2], history: &[[f64; 2]], part: f64) -> Option<f64> {
+pub(super) fn speed_from(from: &[f64; 2], history: &[[f64; 2]], part: f64) -> Option<f64> {
     let to = history.iter().find(|to| to[1] >= from[1] + part)?;
     (to[0] > from[0]).then(|| (to[1] - from[1]) / (to[0] - from[0]))
 }
 
 /// Slope of the straight line of least squares through points.
-fn slope(points: &[[f64; 2]]) -> f64 {
+pub(super) fn slope(points: &[[f64; 2]]) -> f64 {
     let n = points.len() as f64;
     let [t, x] = [0, 1].map(|a| points.iter().map(|p| p[a]).sum::<f64>() / n);
     let (up, across) = points
@@ -180,10 +185,10 @@ fn slope(points: &[[f64; 2]]) -> f64 {
     up / across
 }
 
-/// Direction of the straight line of least squares through points, on the side of `along`.
-fn line(points: &[CrackPoint], along: &Vector3<f64>) -> Vector3<f64> {
-    let mean = points.iter().map(|p| p.place).sum::<Vector3<f64>>() / points.len() as f64;
-    let spread: Matrix3<f64> = points.iter().map(|p| (p.place - mean) * (p.place - mean).transpose()).sum();
+/// Direction of the straight line of least squares through places, on the side of `along`.
+pub(super) fn line(places: &[Vector3<f64>], along: &Vector3<f64>) -> Vector3<f64> {
+    let mean = places.iter().sum::<Vector3<f64>>() / places.len() as f64;
+    let spread: Matrix3<f64> = places.iter().map(|p| (p - mean) * (p - mean).transpose()).sum();
     let eigen = spread.symmetric_eigen();
     let axis: Vector3<f64> = eigen.eigenvectors.column(eigen.eigenvalues.imax()).into_owned();
     if axis.dot(along) < 0.0 { -axis } else { axis }
@@ -230,6 +235,17 @@ mod tests {
             let (speed, largest) = (crack.speed.unwrap(), crack.largest_speed.unwrap());
             assert!((speed / 1500.0 - 1.0).abs() < 0.05, "{speed} m/s at {angle}°");
             assert!((1400.0..1700.0).contains(&largest), "{largest} m/s at {angle}°");
+            let [tip] = &crack.tips[..] else { panic!("{} tips at {angle}°", crack.tips.len()) };
+            assert_eq!((tip.tip, tip.length, tip.branch), (crack.tip, crack.length, None));
+            let (direction, speed) = (Vector3::from(tip.direction), tip.speed.unwrap());
+            let found = direction.y.atan2(direction.x).to_degrees();
+            assert!(
+                (found - angle).abs() < 1.5 && (speed / 1500.0 - 1.0).abs() < 0.05,
+                "{found}° {speed} m/s, {angle}°"
+            );
+            assert!(tip.history.windows(2).all(|w| w[0].time < w[1].time && w[0].length < w[1].length));
+            let middle = tip.history[tip.history.len() / 2].speed.unwrap();
+            assert!((middle / 1500.0 - 1.0).abs() < 0.15, "{middle} m/s at {angle}°");
         }
     }
 
@@ -241,6 +257,12 @@ mod tests {
         assert_eq!(paths.len(), 1);
         assert!((paths[0].speed.unwrap() / 1000.0 - 1.0).abs() < 0.05);
         assert!(paths[0].direction[1].abs() < 0.02);
+        // Of its two tips the second left the first where both began, at twice the angle.
+        let [first, second] = &paths[0].tips[..] else { panic!("{:?}", paths[0].tips) };
+        let angle = |tip: &CrackTip| tip.direction[1].atan2(tip.direction[0]).to_degrees();
+        assert!((angle(first) + angle(second)).abs() < 2.0 && (angle(first).abs() - 25.0).abs() < 1.5);
+        let (parent, between) = second.branch.unwrap();
+        assert!(parent == 1 && (between - 50.0).abs() < 3.0, "{between}°");
     }
 
     /// Without a pre-crack the way begins at the first node; in equilibrium there is no speed.

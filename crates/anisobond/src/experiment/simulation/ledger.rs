@@ -10,9 +10,9 @@ pub struct Ledger {
     pub kinetic: f64,
     /// Energy of bonds and nodal terms.
     pub strain: f64,
-    /// Lost to damping so far.
+    /// Lost to damping so far; in equilibrium what was set free where bonds failed, which in motion goes into waves.
     pub damping: f64,
-    /// Lost with broken bonds so far.
+    /// Lost with bonds that broke or softened so far.
     pub fracture: f64,
     /// Work of forces and of prescribed motion so far.
     pub external: f64,
@@ -33,8 +33,8 @@ impl Ledger {
         [self.kinetic, self.strain, self.damping, self.fracture, self.external, self.drift(), broken]
     }
 
-    /// What is there and lost, less what came in (J). Zero to rounding where bonds are linear and do not break; at finite
-    /// stretch of the order Δt², and where bonds break of the order Δt, because a bond is seen to break up to a step late.
+    /// What is there and lost, less what came in (J). Zero to rounding in motion of linear bonds, also while they fail, and to
+    /// the solver's tolerance in their equilibrium; at finite stretch of second order in the step.
     pub fn drift(&self) -> f64 {
         self.kinetic + self.strain + self.damping + self.fracture - self.external - self.initial
     }

@@ -4,6 +4,7 @@ mod assemble;
 mod cost;
 mod crack;
 mod crack_path;
+mod crack_tips;
 mod ledger;
 mod loading;
 mod measure;
@@ -17,6 +18,7 @@ pub use self::assemble::RegionEvidence;
 pub use self::cost::RunCost;
 use self::crack::CrackFront;
 pub use self::crack_path::{CrackPath, CrackPoint};
+pub use self::crack_tips::{CrackTip, TipPoint};
 pub use self::ledger::Ledger;
 use self::loading::Loading;
 use self::motion::{Motion, Pass};
@@ -24,7 +26,7 @@ pub use self::saved::SavedState;
 pub use self::statics::StaticEvidence;
 use self::statics::Statics;
 use super::problem::{Problem, Schedule};
-use crate::operator::grid::{GridBonds, Padded};
+use crate::operator::grid::{FailingBonds, GridBonds, Padded};
 use crate::operator::{Kinematics, VectorField};
 use crate::solver::Stopping;
 use crate::solver::grid::Method;
@@ -62,7 +64,7 @@ impl StepEvidence {
 pub struct Simulation {
     problem: Problem,
     regions: Vec<RegionEvidence>,
-    bonds: GridBonds<f64>,
+    bonds: FailingBonds,
     bond_count: u64,
     loading: Loading,
     u: Padded<f64>,
@@ -87,6 +89,8 @@ struct About {
     ledger: Ledger,
     external_ahead: f64,
     damping_ahead: f64,
+    fracture_ahead: f64,
+    softened: usize,
 }
 
 impl Simulation {
@@ -108,11 +112,12 @@ impl Simulation {
         });
         let unstable = regions.iter().filter(|r| !r.stable);
         let unstable = unstable.map(|r| format!("region {}: some wave of its grid has no positive energy", r.name));
+        let fracture = regions.iter().filter_map(RegionEvidence::fracture_warning);
         let mut simulation = Simulation {
-            warnings: warnings.chain(unstable).collect(),
-            bond_count: bonds.unbroken() as u64,
-            u: bonds.padded(),
-            crack: CrackFront::new(&problem, bonds.damage()),
+            warnings: warnings.chain(unstable).chain(fracture).collect(),
+            bond_count: bonds.grid().unbroken() as u64,
+            u: bonds.grid().padded(),
+            crack: CrackFront::new(&problem, &bonds),
             stage: Stage::Equilibrium { statics: statics_of(&problem.schedule), last: None },
             step: 0,
             steps: 1,
@@ -143,7 +148,7 @@ impl Simulation {
                 Ok(())
             }
             Schedule::Motion { duration, from_equilibrium, .. } => {
-                let evidence = time_step(&self.problem, &self.bonds)?;
+                let evidence = time_step(&self.problem, self.bonds.grid())?;
                 self.steps = evidence.steps_in(duration);
                 if from_equilibrium {
                     self.start_from_equilibrium()?;
@@ -167,10 +172,10 @@ impl Simulation {
         let statics = statics_of(&self.problem.schedule);
         let start = VectorField::zeros(self.problem.body.grid.len());
         let settled = statics
-            .settle(&self.problem, &self.loading, &mut self.bonds, start, 0.0)
+            .settle(&self.problem, &self.loading, &mut self.bonds, start, (None, 0.0))
             .map_err(|e| e.at("equilibrium at the start"))?;
         self.u.set(&settled.displacement);
-        self.ledger.broken_bonds += settled.broken.count as u64;
+        self.ledger.broken_bonds += settled.failure.broken as u64;
         Ok(())
     }
 
@@ -198,6 +203,7 @@ impl Simulation {
             // What lay ahead of the last pass is now behind.
             self.ledger.external += last.external_ahead;
             self.ledger.damping += last.damping_ahead;
+            self.ledger.fracture += last.failure.ahead;
             motion.drift(&mut self.u);
             let at = (next as f64 * evidence.step, evidence.step);
             *last = motion.kick(&self.problem, &self.loading, &mut self.bonds, &self.u, at, measured);
@@ -206,7 +212,7 @@ impl Simulation {
         self.settle_ledger(measured);
         self.check_numbers()?;
         if next.is_multiple_of((self.steps / LOOKS).max(1)) || next == self.steps {
-            self.crack.look(&self.bonds, self.time(), self.ledger.broken_bonds);
+            self.crack.look(&self.bonds, self.time(), self.ledger.fracture);
         }
         Ok(())
     }
@@ -217,8 +223,8 @@ impl Simulation {
         self.ledger.kinetic = last.kinetic;
         self.ledger.external += last.external;
         self.ledger.damping += last.damping;
-        self.ledger.fracture += last.broken.energy;
-        self.ledger.broken_bonds += last.broken.count as u64;
+        self.ledger.fracture += last.failure.energy;
+        self.ledger.broken_bonds += last.failure.broken as u64;
         if measured {
             self.ledger.strain = match self.problem.kinematics {
                 Kinematics::Linear => last.strain,
@@ -248,47 +254,20 @@ impl Simulation {
     fn advance_equilibrium(&mut self) -> Result<()> {
         let factor = (self.step + 1) as f64 / self.steps as f64;
         let Stage::Equilibrium { statics, last } = &mut self.stage else { return Ok(()) };
-        let before = self.u.get();
+        let before = (self.step > 0).then(|| self.step as f64 / self.steps as f64);
         let settled = statics
-            .settle(&self.problem, &self.loading, &mut self.bonds, before.clone(), factor)
+            .settle(&self.problem, &self.loading, &mut self.bonds, self.u.get(), (before, factor))
             .map_err(|e| e.at(format!("load step {} of {}", self.step + 1, self.steps)))?;
         *last = Some(settled.evidence);
         self.u.set(&settled.displacement);
         self.step += 1;
         self.ledger.strain = self.bonds.energy(&self.u, self.problem.kinematics);
-        self.ledger.fracture += settled.broken.energy;
-        self.ledger.broken_bonds += settled.broken.count as u64;
-        self.ledger.external += self.work_since(&before, factor);
-        self.crack.look(&self.bonds, self.time(), self.ledger.broken_bonds);
+        self.ledger.fracture += settled.failure.energy;
+        self.ledger.broken_bonds += settled.failure.broken as u64;
+        self.ledger.external += settled.account.external;
+        self.ledger.damping += settled.account.released;
+        self.crack.look(&self.bonds, self.time(), self.ledger.fracture);
         Ok(())
-    }
-
-    /// Work (J) of loads and supports over a load step: mean of the forces before and after on the way between. The
-    /// forces of loads and supports are minus those of the bonds.
-    fn work_since(&self, before: &VectorField, factor: f64) -> f64 {
-        let previous = factor - 1.0 / self.steps as f64;
-        let n = before.len();
-        let (was, is) = (self.loading.at(previous), self.loading.at(factor));
-        let (load_was, load_is) = (self.loading.force_field(n, &was), self.loading.force_field(n, &is));
-        let held = self.loading.displacements(&is);
-        let after = self.u.get();
-        let force_is = self.forces();
-        let mut work = 0.0;
-        for node in 0..n {
-            let way = after.at(node) - before.at(node);
-            work += 0.5 * way.dot(&(load_was.at(node) + load_is.at(node)));
-        }
-        // Supports: the force at the end on the way; their force at the begin is that of a linear rise.
-        for (node, value) in held {
-            let node = node as usize;
-            let part = |a: usize| {
-                let reaction = -force_is.at(node)[a] - load_is.at(node)[a];
-                let way = after.at(node)[a] - before.at(node)[a];
-                reaction * way * (0.5 + 0.5 * previous / factor)
-            };
-            work += (0..3).filter(|&a| value[a].is_some()).map(part).sum::<f64>();
-        }
-        work
     }
 
     /// Whether the last step is done.
@@ -339,7 +318,7 @@ impl Simulation {
     }
 
     /// The bonds, as they are now.
-    pub fn bond_state(&self) -> &GridBonds<f64> {
+    pub fn bond_state(&self) -> &FailingBonds {
         &self.bonds
     }
 
@@ -366,9 +345,9 @@ impl Simulation {
     /// A warning where the energy does not balance.
     pub fn drift_warning(&self) -> Option<String> {
         let drift = self.ledger.relative_drift();
-        (self.is_motion() && drift > DRIFT).then(|| {
-            format!("the energy has drifted by {:.1} % of its largest part; use a smaller time step", 100.0 * drift)
-        })
+        let remedy = if self.is_motion() { "a smaller time step" } else { "more load steps or a closer tolerance" };
+        (drift > DRIFT)
+            .then(|| format!("the energy has drifted by {:.1} % of its largest part; use {remedy}", 100.0 * drift))
     }
 
     /// The time step; `None` in equilibrium.
@@ -395,7 +374,15 @@ impl Simulation {
     /// Everything that is needed to go on.
     pub fn save(&self) -> SavedState {
         let mut state = SavedState::default();
-        let mut about = About { step: self.step, ledger: self.ledger, external_ahead: 0.0, damping_ahead: 0.0 };
+        let (softened, largest) = self.bonds.softened_state();
+        let mut about = About {
+            step: self.step,
+            ledger: self.ledger,
+            external_ahead: 0.0,
+            damping_ahead: 0.0,
+            fracture_ahead: 0.0,
+            softened: softened.len(),
+        };
         let names = ["x", "y", "z"];
         let mut keep = |prefix: &str, field: VectorField| {
             let arrays = names.iter().zip(field.components).map(|(axis, values)| (format!("{prefix}_{axis}"), values));
@@ -406,9 +393,12 @@ impl Simulation {
             keep("velocity", motion.velocity.clone());
             about.external_ahead = last.external_ahead;
             about.damping_ahead = last.damping_ahead;
+            about.fracture_ahead = last.failure.ahead;
         }
         state.numbers.push(("damaged_at".into(), self.crack.times().to_vec()));
-        state.words.push(("bonds".into(), self.bonds.unbroken_bits()));
+        state.numbers.push(("largest_stretch".into(), largest));
+        state.words.push(("bonds".into(), self.bonds.grid().unbroken_bits()));
+        state.words.push(("softened".into(), softened));
         state.about = serde_json::to_string(&about).unwrap_or_default();
         state
     }
@@ -430,11 +420,14 @@ impl Simulation {
             motion.velocity = field("velocity")?;
             last.external_ahead = about.external_ahead;
             last.damping_ahead = about.damping_ahead;
+            last.failure.ahead = about.fracture_ahead;
         }
         let damaged = self.crack.times().len();
         self.crack.restore(state.take_numbers("damaged_at", damaged)?);
-        let words = self.bonds.unbroken_bits().len();
-        self.bonds.restore_bits(&state.take_words("bonds", words)?)?;
+        let words = self.bonds.grid().unbroken_bits().len();
+        let bits = state.take_words("bonds", words)?;
+        let softened = state.take_words("softened", about.softened)?;
+        self.bonds.restore(&bits, &softened, &state.take_numbers("largest_stretch", about.softened)?)?;
         self.step = about.step;
         self.ledger = about.ledger;
         Ok(())

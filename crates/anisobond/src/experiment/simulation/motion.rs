@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::loading::{Factors, Loading};
 use crate::experiment::problem::Problem;
-use crate::operator::grid::{Broken, GridBonds, Padded};
+use crate::operator::grid::{FailingBonds, Failure, Padded};
 use crate::operator::{Kinematics, VectorField};
 use crate::solver::Kick;
 
@@ -12,6 +12,8 @@ use crate::solver::Kick;
 pub(super) struct Motion {
     /// Velocities half a step ahead of the displacements (m/s).
     pub(super) velocity: VectorField,
+    /// Velocities half a step behind, of the last pass (m/s).
+    behind: VectorField,
     /// 1/m (1/kg) by region, that of empty nodes 0.
     per_mass: Vec<f64>,
     /// Time step (s).
@@ -24,7 +26,7 @@ pub(super) struct Motion {
 ///
 /// With v₋ and v₊ half a step before and after displacements u, ½ m v₋·v₊ + ½ u·Ku changes over a step Δu = h v₊ by
 /// exactly ½ Δu·(F + F') of the forces F, F' at its ends that are not the bonds': the mean of both on the way. So energies
-/// of linear bonds balance to rounding at any step.
+/// of linear bonds balance to rounding at any step, also while bonds break (`operator::grid::failing`).
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Pass {
     /// Kinetic energy ½ Σ m v₋·v₊ at the moment of the displacements (J).
@@ -39,8 +41,8 @@ pub(super) struct Pass {
     pub(super) damping_ahead: f64,
     /// −½ Σ u·f: the strain energy (J) of linear bonds; only where it was asked for.
     pub(super) strain: f64,
-    /// Bonds that broke.
-    pub(super) broken: Broken,
+    /// Bonds that failed.
+    pub(super) failure: Failure,
 }
 
 /// A prescribed component of a row's node during a pass.
@@ -64,7 +66,7 @@ impl Motion {
     pub(super) fn new(problem: &Problem, velocity: VectorField, step: f64, damping: f64) -> Self {
         let volume = problem.body.grid.spacing.powi(3);
         let per_mass = std::iter::once(0.0).chain(problem.regions.iter().map(|r| 1.0 / (r.density * volume))).collect();
-        Motion { velocity, per_mass, step, damping }
+        Motion { behind: velocity.clone(), velocity, per_mass, step, damping }
     }
 
     /// Advance displacements: u += Δt v.
@@ -73,38 +75,46 @@ impl Motion {
         u.drift([x, y, z], self.step);
     }
 
-    /// Advance velocities by the forces at time t over `span` (s): Δt, or Δt/2 for the first kick.
+    /// Advance velocities by the forces at time t over `span` (s): Δt, or Δt/2 for the first kick, before which nothing moved.
     pub(super) fn kick(
         &mut self,
         problem: &Problem,
         loading: &Loading,
-        bonds: &mut GridBonds<f64>,
+        bonds: &mut FailingBonds,
         u: &Padded<f64>,
         (t, span): (f64, f64),
         measured: bool,
     ) -> Pass {
         let n = problem.body.grid.nodes[0];
-        let kick = Kick { step: span, damping: self.damping };
+        let kinematics = problem.kinematics;
+        std::mem::swap(&mut self.velocity, &mut self.behind);
+        let behind = &self.behind;
+        let way_behind = (span == self.step).then_some((behind, self.step));
+        let mut failure = bonds.soften(u, kinematics, way_behind, 0.0);
         let row = RowKick {
             loading,
-            kick,
+            kick: Kick { step: span, damping: self.damping },
             per_mass: &self.per_mass,
             step: self.step,
             u,
             now: loading.at(t),
             velocities: loading.at(t + 0.5 * self.step),
             displacements: loading.at(t + self.step),
-            strain: measured && problem.kinematics == Kinematics::Linear,
+            strain: measured && kinematics == Kinematics::Linear,
         };
         let region = &problem.body.region;
         let visit = |number: usize, force: [&[f64]; 3], velocity: [&mut [f64]; 3]| {
-            row.advance(number, &region[number * n..(number + 1) * n], force, velocity)
+            let nodes = number * n..(number + 1) * n;
+            let [x, y, z] = &behind.components;
+            let behind = [x, y, z].map(|v| &v[nodes.clone()]);
+            row.advance(number, &region[nodes], force, behind, velocity)
         };
         let [x, y, z] = &mut self.velocity.components;
-        let (broken, sums) = bonds.sweep_breaking(u, problem.kinematics, [x, y, z], visit);
+        let (found, sums) = bonds.sweep(u, kinematics, [x, y, z], visit);
+        failure += bonds.break_off(found, u, kinematics, way_behind, Some((&self.velocity, self.step)));
         let [external, external_ahead, damping, damping_ahead, kinetic, strain] =
             sums.iter().fold([0.0; 6], |sum, row| std::array::from_fn(|i| sum[i] + row[i]));
-        Pass { kinetic, external, external_ahead, damping, damping_ahead, strain, broken }
+        Pass { kinetic, external, external_ahead, damping, damping_ahead, strain, failure }
     }
 }
 
@@ -122,13 +132,20 @@ struct RowKick<'a> {
 }
 
 impl RowKick<'_> {
-    fn advance(&self, row: usize, region: &[u16], force: [&[f64]; 3], mut velocity: [&mut [f64]; 3]) -> RowSums {
+    /// Velocities of a row, from those half a step behind.
+    fn advance(
+        &self,
+        row: usize,
+        region: &[u16],
+        force: [&[f64]; 3],
+        before: [&[f64]; 3],
+        mut velocity: [&mut [f64]; 3],
+    ) -> RowSums {
         let first = row * region.len();
         let loaded: Vec<Loaded> =
             self.loading.forces(row, &self.now).map(|(node, force)| Loaded { element: node - first, force }).collect();
-        let held = self.held(row, first, &velocity);
-        let before: [Vec<f64>; 3] = std::array::from_fn(|a| velocity[a].to_vec());
-
+        let held = self.held(row, first, &before);
+        velocity.iter_mut().zip(before).for_each(|(velocity, before)| velocity.copy_from_slice(before));
         for (velocity, force) in velocity.iter_mut().zip(force) {
             self.kick.apply(velocity, force, region.iter().map(|&r| self.per_mass[usize::from(r)]));
         }
@@ -152,7 +169,7 @@ impl RowKick<'_> {
         for h in &held {
             work(h.element, h.axis, self.reaction(h, region, force, &loaded));
         }
-        self.add_energies(&mut sums, first, region, force, &before, &velocity);
+        self.add_energies(&mut sums, first, region, force, before, &velocity);
         sums
     }
 
@@ -164,14 +181,14 @@ impl RowKick<'_> {
 
     /// Prescribed components of a row: the velocity that brings a displacement to where it is to be after the step, or
     /// the one prescribed half a step ahead.
-    fn held(&self, row: usize, first: usize, velocity: &[&mut [f64]; 3]) -> Vec<Held> {
+    fn held(&self, row: usize, first: usize, before: &[&[f64]; 3]) -> Vec<Held> {
         let rows =
             self.loading.prescribed(row, &self.velocities).zip(self.loading.prescribed(row, &self.displacements));
         rows.map(|((entry, speed), (_, place))| {
             let (node, axis) = (entry.node as usize, usize::from(entry.axis));
             let to_place = || (place - self.u.at(node)[axis]) / self.step;
             let after = if entry.velocity { speed } else { to_place() };
-            Held { element: node - first, axis, before: velocity[axis][node - first], after }
+            Held { element: node - first, axis, before: before[axis][node - first], after }
         })
         .collect()
     }
@@ -191,7 +208,7 @@ impl RowKick<'_> {
         first: usize,
         region: &[u16],
         force: [&[f64]; 3],
-        before: &[Vec<f64>; 3],
+        before: [&[f64]; 3],
         velocity: &[&mut [f64]; 3],
     ) {
         for (e, &r) in region.iter().enumerate().filter(|(_, r)| **r > 0) {

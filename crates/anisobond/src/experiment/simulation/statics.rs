@@ -1,4 +1,4 @@
-//! Equilibrium under loads that grow, bonds breaking on the way.
+//! Equilibrium under loads that grow, bonds failing on the way.
 
 use std::sync::Arc;
 
@@ -6,22 +6,22 @@ use serde::Serialize;
 
 use super::loading::Loading;
 use crate::experiment::problem::Problem;
-use crate::operator::grid::{Broken, GridBonds};
+use crate::operator::grid::{FailingBonds, Failure};
 use crate::operator::{Kinematics, VectorField};
 use crate::solver::Stopping;
-use crate::solver::grid::{Equilibrium, GridSolverReport, Method, Prepared, Supports};
+use crate::solver::grid::{Equilibrium, GridSolverReport, Method, Prepared, Settled, Supports, settle};
 use crate::{Error, Result};
-
-/// Equilibria of one load step at most; a body that still breaks then comes apart.
-const MOST_EQUILIBRIA: usize = 10_000;
 
 /// Iterations relative to those of the first solve with a preconditioner, above which it is set up anew.
 const POOR: f64 = 1.5;
 
+/// Softening bonds are followed until no secant, relative to the undamaged one, would fall by more.
+const SETTLED: f64 = 1e-4;
+
 /// How a load step ended.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct StaticEvidence {
-    /// Equilibria solved until no bond broke.
+    /// Equilibria solved until no bond failed.
     pub equilibria: usize,
     /// Bonds broken in the step.
     pub broken: u64,
@@ -33,7 +33,18 @@ pub struct StaticEvidence {
 pub(super) struct Step {
     pub(super) displacement: VectorField,
     pub(super) evidence: StaticEvidence,
-    pub(super) broken: Broken,
+    pub(super) failure: Failure,
+    pub(super) account: Account,
+}
+
+/// Energies (J) that a load step moved.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Account {
+    /// Work of loads and supports.
+    pub(super) external: f64,
+    /// Set free where bonds failed and the body came to a new equilibrium under loads and supports at rest. In motion it would
+    /// go into waves.
+    pub(super) released: f64,
 }
 
 /// How equilibrium is found.
@@ -42,9 +53,17 @@ pub(super) struct Statics {
     pub(super) method: Method,
 }
 
+/// Loads (N) and prescribed displacements at a moment.
+struct Loads {
+    before: VectorField,
+    now: VectorField,
+    held: Vec<(u32, [Option<f64>; 3])>,
+}
+
 impl Statics {
-    /// Equilibrium at a moment (time or load factor), from a start; what is overstretched breaks, and equilibrium is
-    /// found again, until nothing breaks.
+    /// Equilibrium at a moment (time or load factor), from a start, which is the equilibrium at the moment `before` or, if that
+    /// is `None`, a body that nothing has loaded yet; what is overstretched fails, and equilibrium is found again, until nothing
+    /// fails.
     ///
     /// # Errors
     /// Loads on a body that nothing holds; a solve that does not converge.
@@ -52,56 +71,97 @@ impl Statics {
         &self,
         problem: &Problem,
         loading: &Loading,
-        bonds: &mut GridBonds<f64>,
+        bonds: &mut FailingBonds,
         start: VectorField,
-        at: f64,
+        (before, at): (Option<f64>, f64),
     ) -> Result<Step> {
-        let factors = loading.at(at);
         let nodes = problem.body.grid.len();
-        let load = loading.force_field(nodes, &factors);
-        let supports = Supports::new(&problem.body, loading.displacements(&factors))?;
-        let (mut u, mut broken, mut equilibria) = (start, Broken::default(), 0);
+        let factors = loading.at(at);
+        let load_before =
+            before.map_or(VectorField::zeros(nodes), |before| loading.force_field(nodes, &loading.at(before)));
+        let mut loads = Loads {
+            before: load_before,
+            now: loading.force_field(nodes, &factors),
+            held: loading.displacements(&factors),
+        };
+        let supports = Supports::new(&problem.body, loads.held.clone())?;
         // Set up anew for every load step, so that a run that is gone on with does the same, and where the bonds that broke
         // since have made it poor.
-        let mut prepared = Arc::new(Prepared::new(&*bonds, &supports, self.method));
-        let mut first = None;
-        loop {
-            let report = {
-                let equilibrium = Equilibrium::prepared(&*bonds, &supports, prepared.clone());
-                let (next, report) = match problem.kinematics {
-                    Kinematics::Linear => equilibrium.solve(&load, u, &self.stopping)?,
-                    Kinematics::Finite => {
-                        let forces = |u: &VectorField, f: &mut VectorField| bonds.finite_forces(u, f);
-                        equilibrium.solve_nonlinear(&forces, &load, u, &self.stopping)?
-                    }
-                };
-                u = next;
-                report
+        let mut prepared = None;
+        let mut usual = 0;
+        let (mut account, mut failure) = (Account::default(), Failure::default());
+        let solve = |bonds: &FailingBonds, start: VectorField| {
+            let ready = prepared.get_or_insert_with(|| Arc::new(Prepared::new(bonds, &supports, self.method)));
+            let equilibrium = Equilibrium::prepared(bonds, &supports, ready.clone());
+            let from = start.clone();
+            let (u, report) = match problem.kinematics {
+                Kinematics::Linear => equilibrium.solve(&loads.now, start, &self.stopping)?,
+                Kinematics::Finite => {
+                    let forces = |u: &VectorField, f: &mut VectorField| bonds.forces_of(u, Kinematics::Finite, f);
+                    equilibrium.solve_nonlinear(&forces, &loads.now, start, &self.stopping)?
+                }
             };
-            equilibria += 1;
             if !report.converged() {
                 return Err(Error::input(
                     format!("equilibrium was not found: {:?} after {} iterations", report.ending, report.iterations),
                     "use more load steps, a looser tolerance, or more supports",
                 ));
             }
-            let now = bonds.break_overstretched(&u, problem.kinematics);
-            let usual = *first.get_or_insert(report.iterations);
-            if now.count > 0 && report.iterations as f64 > POOR * usual as f64 {
-                prepared = Arc::new(Prepared::new(&*bonds, &supports, self.method));
-                first = None;
+            let first = usual == 0;
+            account.add(bonds, problem.kinematics, &loads, [&from, &u], first);
+            // From now on loads rest.
+            if first {
+                loads.before.clone_from(&loads.now);
+                usual = report.iterations.max(1);
+            } else if report.iterations as f64 > POOR * usual as f64 {
+                prepared = None;
             }
-            broken = Broken { count: broken.count + now.count, energy: broken.energy + now.energy };
-            if now.count == 0 {
-                let evidence = StaticEvidence { equilibria, broken: broken.count as u64, report };
-                return Ok(Step { displacement: u, evidence, broken });
+            Ok((u, report))
+        };
+        let fail = |bonds: &mut FailingBonds, u: &VectorField| {
+            let now = bonds.fail(u, problem.kinematics, SETTLED);
+            failure += now;
+            now.changed
+        };
+        let (displacement, Settled { equilibria, report, .. }) = settle(bonds, start, solve, fail)?;
+        let evidence = StaticEvidence { equilibria, broken: failure.broken as u64, report };
+        Ok(Step { displacement, evidence, failure, account })
+    }
+}
+
+impl Account {
+    /// Energies on the way from one state to another between which no bond fails: mean forces times the way, exact for linear
+    /// bonds. In the first of a load step loads and supports move, and bonds hold what they do; later they rest.
+    fn add(
+        &mut self,
+        bonds: &FailingBonds,
+        kinematics: Kinematics,
+        loads: &Loads,
+        [from, to]: [&VectorField; 2],
+        first: bool,
+    ) {
+        let forces_at = |u: &VectorField| {
+            let mut f = VectorField::zeros(u.len());
+            bonds.forces_of(u, kinematics, &mut f);
+            f
+        };
+        let (f, g) = (forces_at(from), forces_at(to));
+        let way = |node: usize| to.at(node) - from.at(node);
+        let load = |node: usize| 0.5 * (loads.before.at(node) + loads.now.at(node));
+        let balance = |node: usize| load(node) + 0.5 * (f.at(node) + g.at(node));
+        let mut unbalanced: f64 = (0..to.len()).map(|node| balance(node).dot(&way(node))).sum();
+        self.external += (0..to.len()).map(|node| load(node).dot(&way(node))).sum::<f64>();
+        for (node, value) in &loads.held {
+            let node = *node as usize;
+            for axis in (0..3).filter(|&a| value[a].is_some()) {
+                // The support's force is what bonds and loads lack.
+                let work = balance(node)[axis] * way(node)[axis];
+                self.external -= work;
+                unbalanced -= work;
             }
-            if equilibria == MOST_EQUILIBRIA {
-                return Err(Error::input(
-                    format!("bonds still break after {MOST_EQUILIBRIA} equilibria of one load step"),
-                    "the body comes apart: follow it in motion instead",
-                ));
-            }
+        }
+        if !first {
+            self.released += unbalanced;
         }
     }
 }

@@ -14,7 +14,7 @@ use self::frames::Frames;
 pub use self::summary::RunSummary;
 use super::results::{Checkpoints, ProbeTable};
 use super::write_atomically;
-use crate::experiment::{CrackPath, CrackPoint, Ledger, Problem, Simulation};
+use crate::experiment::{CrackPath, CrackPoint, Ledger, Problem, Simulation, TipPoint};
 use crate::{Error, Result};
 
 /// What the user wants of a run.
@@ -253,7 +253,9 @@ impl Run {
         let summary = RunSummary::new(&self.simulation, &cracks, self.seconds(), self.warnings);
         self.frames.finish(&self.simulation)?;
         if !cracks.is_empty() {
-            write_atomically(self.folder.join("crack.csv"), crack_table(&cracks, self.simulation.is_motion()))?;
+            let motion = self.simulation.is_motion();
+            write_atomically(self.folder.join("crack.csv"), tip_table(&cracks, motion))?;
+            write_atomically(self.folder.join("crack-nodes.csv"), node_table(&cracks, motion))?;
         }
         let json = serde_json::to_string_pretty(&summary).map_err(|e| Error::file("write", &self.folder, e.into()))?;
         write_atomically(self.folder.join("summary.json"), json + "\n")?;
@@ -262,8 +264,25 @@ impl Run {
     }
 }
 
+/// The tips of all cracks in the order of time, numbered on from the longest crack's longest.
+fn tip_table(cracks: &[CrackPath], motion: bool) -> String {
+    let mut rows: Vec<(usize, &TipPoint)> = cracks
+        .iter()
+        .flat_map(|crack| &crack.tips)
+        .enumerate()
+        .flat_map(|(number, tip)| tip.history.iter().map(move |point| (number + 1, point)))
+        .collect();
+    rows.sort_by(|a, b| a.1.time.total_cmp(&b.1.time).then(a.0.cmp(&b.0)));
+    let mut text = format!("{},tip,x_m,y_m,z_m,length_m,speed_m_s\n", time_column(motion));
+    for (number, TipPoint { time, place, length, speed }) in rows {
+        let speed = speed.map_or(String::new(), |v| format!("{v:?}"));
+        text += &format!("{time:?},{number},{:?},{:?},{:?},{length:?},{speed}\n", place.x, place.y, place.z);
+    }
+    text
+}
+
 /// The nodes of cracks, numbered from the longest on.
-fn crack_table(cracks: &[CrackPath], motion: bool) -> String {
+fn node_table(cracks: &[CrackPath], motion: bool) -> String {
     let mut text = format!("crack,x_m,y_m,z_m,{},way_m\n", time_column(motion));
     for (number, crack) in cracks.iter().enumerate() {
         for CrackPoint { place, time, way } in &crack.points {

@@ -6,6 +6,7 @@
 
 mod aligned;
 mod build;
+mod failing;
 mod hybrid;
 mod kernels;
 mod lanes;
@@ -16,6 +17,7 @@ mod measure;
 pub mod naive;
 mod padded;
 mod real;
+mod softening;
 mod special;
 mod spectrum;
 mod state;
@@ -23,9 +25,11 @@ mod stencil;
 mod sweep;
 
 pub use build::GridBonds;
+pub use failing::{FailingBonds, Failure, Overstretched, Way};
 pub use lanes::InstructionSet;
 pub use measure::NodeState;
 pub use padded::Padded;
 pub use real::{Real, Word};
+pub use softening::LinearSoftening;
 pub use stencil::Stencil;
 pub use sweep::Broken;

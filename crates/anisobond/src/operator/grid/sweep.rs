@@ -100,7 +100,7 @@ impl<T: Real> GridBonds<T> {
         (broken, result)
     }
 
-    fn pass<V: Send, R: Send>(
+    pub(super) fn pass<V: Send, R: Send>(
         &self,
         u: &Padded<T>,
         law: Law,

@@ -25,8 +25,49 @@ pub struct LoadStep {
     pub report: GridSolverReport,
 }
 
-/// Bring a body through load factors 1/n, 2/n, … 1. At each, solve for equilibrium, break what is overstretched, and
-/// solve again until nothing breaks. `solve(body, factor, start)` gives u (m); `observe(body, step, u)` sees every
+/// Equilibria of one load step at most; a body that still breaks then comes apart.
+const MOST_EQUILIBRIA: usize = 10_000;
+
+/// How a body came to rest under its loads.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Settled {
+    /// Equilibria that were solved until nothing failed.
+    pub equilibria: usize,
+    /// Bonds that failed.
+    pub broken: usize,
+    /// The last solve.
+    pub report: GridSolverReport,
+}
+
+/// Equilibrium of a body whose bonds fail: `solve(body, start)` gives u (m), `fail(body, u)` lets fail what u stretches too far
+/// and returns how many bonds that is; both again until nothing fails. A solve that does not converge ends it, with the report
+/// as its evidence: nothing fails by displacements that are no equilibrium.
+///
+/// # Errors
+/// What `solve` reports; a body that still breaks after 10 000 equilibria.
+pub fn settle<B>(
+    body: &mut B,
+    start: VectorField,
+    mut solve: impl FnMut(&B, VectorField) -> Result<(VectorField, GridSolverReport)>,
+    mut fail: impl FnMut(&mut B, &VectorField) -> usize,
+) -> Result<(VectorField, Settled)> {
+    let (mut u, mut broken) = (start, 0);
+    for equilibria in 1..=MOST_EQUILIBRIA {
+        let (next, report) = solve(body, u)?;
+        u = next;
+        let failed = if report.converged() { fail(body, &u) } else { 0 };
+        broken += failed;
+        if failed == 0 {
+            return Ok((u, Settled { equilibria, broken, report }));
+        }
+    }
+    Err(Error::input(
+        format!("bonds still break after {MOST_EQUILIBRIA} equilibria of one load step"),
+        "the body comes apart: follow it in motion instead",
+    ))
+}
+
+/// Bring a body through load factors 1/n, 2/n, … 1, each [settled](settle). `solve(body, factor, start)` gives u (m); `observe(body, step, u)` sees every
 /// finished step and ends the loading early by returning `false`.
 ///
 /// Returns the last displacements and all steps. A solve that does not converge ends the loading, with the step as its
@@ -47,17 +88,11 @@ pub fn load_steps<B: Breaking>(
     let mut done = Vec::new();
     for number in 1..=steps {
         let factor = number as f64 / steps as f64;
-        let (mut equilibria, mut broken) = (0, 0);
-        let report = loop {
-            let (next, report) = solve(body, factor, u).map_err(|e| e.at(format!("load step {number} of {steps}")))?;
-            u = next;
-            equilibria += 1;
-            let breaking = if report.converged() { body.break_overstretched(&u) } else { 0 };
-            broken += breaking;
-            if breaking == 0 {
-                break report;
-            }
-        };
+        let (next, settled) =
+            settle(body, u, |body, start| solve(body, factor, start), |body, u| body.break_overstretched(u))
+                .map_err(|e| e.at(format!("load step {number} of {steps}")))?;
+        u = next;
+        let Settled { equilibria, broken, report } = settled;
         let step = LoadStep { factor, equilibria, broken, report };
         done.push(step);
         if !observe(body, &step, &u) || !report.converged() {
