@@ -98,7 +98,7 @@ impl<T: Real> GridBonds<T> {
     ) -> Result<Self> {
         check(set, &body, neighbourhood, &stencil, &stencils)?;
         let half = HalfBonds::<T>::new(neighbourhood);
-        let layout = Arc::new(Layout::new(&body.grid, half.reach, set.lanes::<T>()));
+        let layout = Arc::new(Layout::new(&body.grid, half.reach, set.lanes::<T>(), size_of::<T>()));
         let words = half.len().div_ceil(T::Word::BITS);
         let all = |values: fn(&Stencil) -> &Vec<f64>| {
             stencils.iter().flat_map(|s| values(s).iter().map(|&x| T::of(x))).collect::<Vec<T>>()

@@ -6,12 +6,14 @@
 //! positions j < 0 and j ≥ L repeat the neighbouring lanes (or the other end of a periodic row, or hold zero). The
 //! neighbours at an offset of all elements of a vector are then one aligned vector, of position j + offset of another row.
 
-use super::sweep::TOGETHER;
+use std::ops::Range;
+
+use super::kernels::TOGETHER;
 use crate::lattice::Grid;
 
-/// Bytes of a core's cache that rows of a block and their neighbours may take, and rows of a block at least.
-const CACHE: usize = 512 << 10;
-const LEAST_BLOCK: usize = 8;
+/// Bytes of a core's second cache that displacements of a strip and of its neighbours may take; rows of a strip at least.
+const CACHE: usize = 600 << 10;
+const LEAST_ROWS: usize = 8;
 
 /// No element, or no row.
 pub const NONE: u32 = u32::MAX;
@@ -27,7 +29,8 @@ pub struct Layout {
     pub length: usize,
     /// Reach of the neighbourhood along each axis.
     pub reach: [usize; 3],
-    /// Slots of a row: (L + 2m) W.
+    /// Slots of a row: (L + 2m) W, and W more where L + 2m is even, so that the first vectors of rows are spread over all
+    /// sets of the cache.
     pub slots: usize,
     /// Element of each slot of a row, [`NONE`] beyond a free end.
     pub element: Vec<u32>,
@@ -38,23 +41,44 @@ pub struct Layout {
     place: Vec<[u32; 2]>,
     /// Slots that repeat another, and that other.
     repeated: Vec<[u32; 2]>,
+    /// Rows that are taken together, neighbours along the second axis; by place along that axis, then the third.
+    pub strips: Vec<Range<usize>>,
+    /// Strips in the order in which their neighbours stay in the cache from one to the next: along the third axis first.
+    pub order: Vec<usize>,
     /// Place along the second and third axis after wrapping, for −reach ≤ place < n + reach; [`NONE`] outside.
     wrapped: [Vec<u32>; 2],
 }
 
 impl Layout {
-    /// The layout of a grid for vectors of so many lanes.
-    pub fn new(grid: &Grid, reach: [usize; 3], lanes: usize) -> Self {
+    /// The layout of a grid for vectors of so many lanes of numbers of so many bytes.
+    pub fn new(grid: &Grid, reach: [usize; 3], lanes: usize, bytes: usize) -> Self {
         let nodes = grid.nodes;
         let length = nodes[0].div_ceil(lanes).max(TOGETHER);
-        let slots = (length + 2 * reach[0]) * lanes;
+        let positions = length + 2 * reach[0];
+        let slots = (positions | 1) * lanes;
         let wrap = |at: i64, axis: usize| match grid.periodic[axis] {
             true => at.rem_euclid(nodes[axis] as i64) as u32,
             false if (0..nodes[axis] as i64).contains(&at) => at as u32,
             false => NONE,
         };
-        let element: Vec<u32> =
-            (0..slots).map(|slot| wrap((slot % lanes * length + slot / lanes) as i64 - reach[0] as i64, 0)).collect();
+        let element: Vec<u32> = (0..slots)
+            .map(|slot| match slot / lanes {
+                position if position < positions => {
+                    wrap((slot % lanes * length + position) as i64 - reach[0] as i64, 0)
+                }
+                _ => NONE,
+            })
+            .collect();
+        // Planes that neighbours are in, each with as many rows more as they reach.
+        let held = CACHE / ((2 * reach[2] + 1) * 3 * slots * bytes);
+        let columns = nodes[1].div_ceil(held.saturating_sub(2 * reach[1]).max(LEAST_ROWS));
+        let rows = nodes[1].div_ceil(columns);
+        let strips: Vec<Range<usize>> = (0..nodes[2])
+            .flat_map(|z| (0..nodes[1]).step_by(rows).map(move |y| (y, z)))
+            .map(|(y, z)| z * nodes[1] + y..z * nodes[1] + nodes[1].min(y + rows))
+            .collect();
+        let mut order: Vec<usize> = (0..strips.len()).collect();
+        order.sort_unstable_by_key(|&s| (strips[s].start % nodes[1], strips[s].start));
         let wrapped = [1, 2].map(|axis| {
             (0..nodes[axis] + 2 * reach[axis]).map(|at| wrap(at as i64 - reach[axis] as i64, axis)).collect()
         });
@@ -68,6 +92,8 @@ impl Layout {
             copies: vec![],
             first: vec![0],
             repeated: vec![],
+            strips,
+            order,
             place: (0..nodes[1] * nodes[2]).map(|row| [row % nodes[1], row / nodes[1]].map(|x| x as u32)).collect(),
             wrapped,
         };
@@ -90,16 +116,6 @@ impl Layout {
     /// Number of rows.
     pub fn rows(&self) -> usize {
         self.nodes[1] * self.nodes[2]
-    }
-
-    /// Where a row comes when rows are taken in blocks along the second axis, and in each block along the third: so that
-    /// the rows that neighbours are in stay in the cache from one to the next.
-    pub fn place_in_blocks(&self, row: usize) -> (usize, usize, usize) {
-        let [_, n2, _] = self.nodes;
-        let planes = 2 * self.reach[2] + 1;
-        let row_bytes = 4 * self.slots * size_of::<f64>();
-        let block = (CACHE / (planes * row_bytes)).saturating_sub(2 * self.reach[1]).max(LEAST_BLOCK);
-        (row % n2 / block, row / n2, row % n2)
     }
 
     /// The own slot of an element of a row.
@@ -167,7 +183,7 @@ mod tests {
 
     fn layout(nodes: [usize; 3], reach: usize, lanes: usize, periodic: bool) -> Layout {
         let grid = Grid::new(nodes, 1.0, Vector3::zeros(), [periodic; 3]).unwrap();
-        Layout::new(&grid, [reach; 3], lanes)
+        Layout::new(&grid, [reach; 3], lanes, 8)
     }
 
     #[test]
@@ -189,6 +205,7 @@ mod tests {
                     assert!(layout.copies(e).iter().all(|&s| layout.element[s as usize] == e as u32));
                 }
                 let numbers: Vec<u32> = (0..n as u32).collect();
+                assert_eq!(layout.slots / lanes % 2, 1);
                 let mut row = vec![NONE; layout.slots];
                 layout.spread(&numbers, &mut row);
                 assert_eq!(row, layout.element);

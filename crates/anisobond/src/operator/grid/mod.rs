@@ -4,6 +4,7 @@
 //! whose neighbours have the same stencil or are missing, are taken a vector at a time (`kernels`); the others one by one,
 //! with the mean of what both ends of a bond say (`special`).
 
+mod ahead;
 mod aligned;
 mod build;
 mod hybrid;
@@ -20,7 +21,9 @@ mod special;
 mod spectrum;
 mod state;
 mod stencil;
+mod strip;
 mod sweep;
+mod tables;
 
 pub use build::GridBonds;
 pub use lanes::InstructionSet;

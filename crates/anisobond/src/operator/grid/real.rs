@@ -5,7 +5,8 @@ use std::ops::{Add, AddAssign, BitAnd, BitAndAssign, BitOrAssign, Mul, Neg, Not,
 
 use super::aligned::Plain;
 use super::lanes::{Avx2, Avx512, Lanes, Portable};
-use super::sweep::{self, Event, Scratch, Task};
+use super::ahead::Ahead;
+use super::strip::{self, Event, Scratch, Task};
 
 /// A word of bond bits, as wide as a number, so that a vector of numbers has a vector of words.
 pub trait Word:
@@ -42,9 +43,12 @@ pub trait Real:
     type Avx2: Lanes<T = Self>;
     #[doc(hidden)]
     type Portable: Lanes<T = Self>;
-    /// Forces of a row, compiled with this library.
+    /// Forces of a strip's bulk vectors, compiled with this library.
     #[doc(hidden)]
-    fn row(task: &Task<Self>, scratch: &mut Scratch<Self>, events: &mut Vec<Event>);
+    fn strip(task: &Task<Self>, scratch: &mut Scratch<Self>, ahead: &mut Ahead, events: &mut Vec<Event>);
+    /// Forces of one of its rows in natural order, compiled with this library.
+    #[doc(hidden)]
+    fn natural(task: &Task<Self>, scratch: &mut Scratch<Self>, row: usize, events: &mut Vec<Event>);
     /// Rounded from f64.
     fn of(x: f64) -> Self;
     /// As f64.
@@ -69,8 +73,11 @@ macro_rules! real {
             type Avx512 = Avx512<$real>;
             type Avx2 = Avx2<$real>;
             type Portable = Portable<$real, $narrow>;
-            fn row(task: &Task<Self>, scratch: &mut Scratch<Self>, events: &mut Vec<Event>) {
-                sweep::row(task, scratch, events);
+            fn strip(task: &Task<Self>, scratch: &mut Scratch<Self>, ahead: &mut Ahead, events: &mut Vec<Event>) {
+                strip::strip(task, scratch, ahead, events);
+            }
+            fn natural(task: &Task<Self>, scratch: &mut Scratch<Self>, row: usize, events: &mut Vec<Event>) {
+                strip::natural(task, scratch, row, events);
             }
             #[inline(always)]
             fn of(x: f64) -> Self {

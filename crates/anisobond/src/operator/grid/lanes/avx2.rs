@@ -24,7 +24,7 @@ impl Register for f32 {
 
 macro_rules! avx2 {
     ($real:ty, $word:ty, $n:literal, $mask:ty, $integer:ty, $set:ident, $load:ident, $store:ident, $add:ident, $sub:ident,
-     $mul:ident, $div:ident, $sqrt:ident, $fmadd:ident, $fnmadd:ident, $cmp:ident, $and:ident, $andnot:ident, $movemask:ident,
+     $mul:ident, $div:ident, $sqrt:ident, $fmadd:ident, $fnmadd:ident, $cmp:ident, $and:ident, $andnot:ident, $or:ident, $movemask:ident,
      $seti:ident, $equal:ident, $cast:ident, $lanes:expr) => {
         // SAFETY of all functions: the caller has AVX2 and FMA and aligned valid pointers, by the trait's contract; that
         // is all the intrinsics need.
@@ -114,6 +114,10 @@ macro_rules! avx2 {
                 unsafe { $and(a, b) }
             }
             #[inline(always)]
+            unsafe fn either(a: Self::Mask, b: Self::Mask) -> Self::Mask {
+                unsafe { $or(a, b) }
+            }
+            #[inline(always)]
             unsafe fn but_not(a: Self::Mask, b: Self::Mask) -> Self::Mask {
                 unsafe { $andnot(b, a) }
             }
@@ -148,6 +152,7 @@ avx2!(
     _mm256_cmp_pd,
     _mm256_and_pd,
     _mm256_andnot_pd,
+    _mm256_or_pd,
     _mm256_movemask_pd,
     _mm256_set1_epi64x,
     _mm256_cmpeq_epi64,
@@ -174,6 +179,7 @@ avx2!(
     _mm256_cmp_ps,
     _mm256_and_ps,
     _mm256_andnot_ps,
+    _mm256_or_ps,
     _mm256_movemask_ps,
     _mm256_set1_epi32,
     _mm256_cmpeq_epi32,

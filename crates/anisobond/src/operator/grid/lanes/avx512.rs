@@ -147,6 +147,10 @@ macro_rules! avx512 {
                 a & b
             }
             #[inline(always)]
+            unsafe fn either(a: Self::Mask, b: Self::Mask) -> Self::Mask {
+                a | b
+            }
+            #[inline(always)]
             unsafe fn but_not(a: Self::Mask, b: Self::Mask) -> Self::Mask {
                 a & !b
             }

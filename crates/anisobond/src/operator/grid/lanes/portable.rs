@@ -95,6 +95,10 @@ macro_rules! portable {
                 std::array::from_fn(|l| a[l] & b[l])
             }
             #[inline(always)]
+            unsafe fn either(a: Self::Mask, b: Self::Mask) -> Self::Mask {
+                std::array::from_fn(|l| a[l] | b[l])
+            }
+            #[inline(always)]
             unsafe fn but_not(a: Self::Mask, b: Self::Mask) -> Self::Mask {
                 std::array::from_fn(|l| a[l] & !b[l])
             }
