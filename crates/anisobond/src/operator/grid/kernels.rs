@@ -5,14 +5,16 @@
 
 use std::ops::Range;
 
+use super::ahead::ask;
 use super::lanes::Lanes;
 use super::law::{Constants, bonds};
 use super::real::{Real, Word};
 use super::stencil::Group;
 
-/// Positions of a row that share the loads of a bond's constants, where bonds are taken in pairs. A part of a row is never
-/// shorter.
+/// Positions of a row that share the loads of a bond's constants, where bonds are taken in pairs, without and with bits: more
+/// need more registers than there are. A part of a row is never shorter.
 pub const TOGETHER: usize = 4;
+pub const TOGETHER_MASKED: usize = 2;
 
 /// What the kernels read of a row. Offsets count numbers (words) from position 0, lane 0 of the row's first component
 /// (word); those of an interior row are the same for all interior rows.
@@ -21,18 +23,16 @@ pub struct RowView<'a, T: Real> {
     pub u: *const T,
     /// Bits of half bonds of the row, at position 0.
     pub bits: *const T::Word,
-    /// Slots of a row, the distance of components and of words.
+    /// Slots of a row, the distance of components.
     pub slots: usize,
+    /// Words of a position.
+    pub words: usize,
     /// By half bond: nodes at +ξ.
     pub plus: &'a [isize],
     /// By half bond: nodes at −ξ.
     pub minus: &'a [isize],
-    /// By half bond: the word of the node's own bit.
-    pub own_bits: &'a [isize],
-    /// By half bond: the word of the bit of the node at −ξ.
+    /// By half bond: the word of the nodes at −ξ.
     pub minus_bits: &'a [isize],
-    /// By half bond: the bit in both.
-    pub bit: &'a [T::Word],
 }
 
 /// Constants of bonds as the kernels read them: of one stencil, or by lane.
@@ -62,6 +62,8 @@ pub struct Positions<'a, T: Real> {
     pub coefficients: &'a Coefficients<'a, T>,
     /// First position.
     pub j: usize,
+    /// Memory to be asked for meanwhile, a line per bond: see [`super::ahead::Ahead::take`].
+    pub ahead: usize,
     /// Forces, or energies.
     pub out: &'a Output<T>,
     /// Bonds over their threshold: half bond p, position, lanes as bits.
@@ -119,44 +121,45 @@ impl<L: Lanes, const UNIFORM: bool, const MASKED: bool, const SIGNED: bool> Kern
 {
     #[inline(always)]
     unsafe fn run(self) {
-        let Positions { row, group, coefficients, j, out, .. } = self.0;
         // SAFETY: the caller's contract.
-        unsafe { linear::<L, UNIFORM, MASKED, SIGNED>(row, group, coefficients, j, out) }
+        unsafe {
+            if MASKED {
+                linear::<L, UNIFORM, MASKED, SIGNED, TOGETHER_MASKED>(&self.0);
+            } else {
+                linear::<L, UNIFORM, MASKED, SIGNED, TOGETHER>(&self.0);
+            }
+        }
     }
 }
 
 #[inline(always)]
-unsafe fn linear<L: Lanes, const UNIFORM: bool, const MASKED: bool, const SIGNED: bool>(
-    row: &RowView<L::T>,
-    group: &Group,
-    coefficients: &Coefficients<L::T>,
-    j: usize,
-    out: &Output<L::T>,
+unsafe fn linear<L: Lanes, const UNIFORM: bool, const MASKED: bool, const SIGNED: bool, const J: usize>(
+    at: &Positions<L::T>,
 ) {
     // SAFETY: the caller's contract.
     unsafe {
-        let mut centre = displacements::<L, TOGETHER>(row, j);
+        let mut centre = displacements::<L, J>(at.row, at.j);
         if !MASKED {
-            for jj in 0..TOGETHER {
+            for jj in 0..J {
                 for a in 0..3 {
                     centre[jj][a] = centre[jj][a].add(centre[jj][a]);
                 }
             }
         }
-        let mut f = read::<L, TOGETHER>(j, out);
-        for (pattern, range) in &group.patterns {
-            let (r, c) = (range.clone(), coefficients);
+        let mut f = read::<L, J>(at.j, at.out);
+        for (pattern, range) in &at.group.patterns {
+            let r = range.clone();
             match pattern {
-                1 => part::<L, UNIFORM, MASKED, SIGNED, true, false, false>(row, c, r, j, &centre, &mut f),
-                2 => part::<L, UNIFORM, MASKED, SIGNED, false, true, false>(row, c, r, j, &centre, &mut f),
-                3 => part::<L, UNIFORM, MASKED, SIGNED, true, true, false>(row, c, r, j, &centre, &mut f),
-                4 => part::<L, UNIFORM, MASKED, SIGNED, false, false, true>(row, c, r, j, &centre, &mut f),
-                5 => part::<L, UNIFORM, MASKED, SIGNED, true, false, true>(row, c, r, j, &centre, &mut f),
-                6 => part::<L, UNIFORM, MASKED, SIGNED, false, true, true>(row, c, r, j, &centre, &mut f),
-                _ => part::<L, UNIFORM, MASKED, SIGNED, true, true, true>(row, c, r, j, &centre, &mut f),
+                1 => part::<L, UNIFORM, MASKED, SIGNED, J, true, false, false>(at, r, &centre, &mut f),
+                2 => part::<L, UNIFORM, MASKED, SIGNED, J, false, true, false>(at, r, &centre, &mut f),
+                3 => part::<L, UNIFORM, MASKED, SIGNED, J, true, true, false>(at, r, &centre, &mut f),
+                4 => part::<L, UNIFORM, MASKED, SIGNED, J, false, false, true>(at, r, &centre, &mut f),
+                5 => part::<L, UNIFORM, MASKED, SIGNED, J, true, false, true>(at, r, &centre, &mut f),
+                6 => part::<L, UNIFORM, MASKED, SIGNED, J, false, true, true>(at, r, &centre, &mut f),
+                _ => part::<L, UNIFORM, MASKED, SIGNED, J, true, true, true>(at, r, &centre, &mut f),
             }
         }
-        write(&f, j, out);
+        write(&f, at.j, at.out);
     }
 }
 
@@ -197,24 +200,25 @@ unsafe fn part<
     const UNIFORM: bool,
     const MASKED: bool,
     const SIGNED: bool,
+    const J: usize,
     const X: bool,
     const Y: bool,
     const Z: bool,
 >(
-    row: &RowView<L::T>,
-    coefficients: &Coefficients<L::T>,
+    at: &Positions<L::T>,
     range: Range<usize>,
-    j: usize,
-    centre: &[[L; 3]; TOGETHER],
-    f: &mut [[L; 3]; TOGETHER],
+    centre: &[[L; 3]; J],
+    f: &mut [[L; 3]; J],
 ) {
     let used = [X, Y, Z];
+    let Positions { row, coefficients, j, ahead, .. } = *at;
+    let begin = at.group.bonds.start;
     // SAFETY: the caller's contract.
     unsafe {
         let zero = L::splat(L::T::default());
         let u = row.u.add(j * L::N);
-        let bits = row.bits.add(j * L::N);
         for p in range {
+            ask(ahead, p - begin);
             let plus = u.offset(*row.plus.get_unchecked(p));
             let minus = u.offset(*row.minus.get_unchecked(p));
             let mut m = [zero; 3];
@@ -227,13 +231,12 @@ unsafe fn part<
             if SIGNED {
                 sign = number::<L, UNIFORM>(coefficients.own, 4 * p + 3);
             }
-            for jj in 0..TOGETHER {
+            for jj in 0..J {
                 let at = jj * L::N;
                 let (mut here, mut there) = (None, None);
                 if MASKED {
-                    let bit = L::splat_word(*row.bit.get_unchecked(p));
-                    here = Some(L::common(L::words(bits.offset(*row.own_bits.get_unchecked(p)).add(at)), bit));
-                    there = Some(L::common(L::words(bits.offset(*row.minus_bits.get_unchecked(p)).add(at)), bit));
+                    here = Some(own_bits::<L>(row, j + jj, p));
+                    there = Some(minus_bits::<L>(row, j + jj, p));
                 }
                 // −√|k| n·(u₊ + u₋ − 2u): the differences are formed before anything is summed, so that a rigid
                 // translation costs nothing exactly.
@@ -279,13 +282,14 @@ impl<L: Lanes, const UNIFORM: bool, const MASKED: bool, const FINITE: bool> Kern
 {
     #[inline(always)]
     unsafe fn run(self) {
-        let Positions { row, group, coefficients, j, out, over } = self.0;
+        let Positions { row, group, coefficients, j, ahead, out, over } = self.0;
         // SAFETY: the caller's contract.
         unsafe {
             let [u] = displacements::<L, 1>(row, j);
             let [mut f] = read::<L, 1>(j, out);
             let mut any = L::mask(0);
             for p in group.bonds.clone() {
+                ask(ahead, p - group.bonds.start);
                 let plus = row.u.offset(*row.plus.get_unchecked(p)).add(j * L::N);
                 let minus = row.u.offset(*row.minus.get_unchecked(p)).add(j * L::N);
                 let constants = constants::<L, UNIFORM>(coefficients, p);
@@ -299,9 +303,7 @@ impl<L: Lanes, const UNIFORM: bool, const MASKED: bool, const FINITE: bool> Kern
                 let (mut own, mut other) = (L::mask(u32::MAX), L::mask(u32::MAX));
                 if MASKED {
                     own = own_bits::<L>(row, j, p);
-                    let bit = L::splat_word(*row.bit.get_unchecked(p));
-                    let bits = row.bits.add(j * L::N).offset(*row.minus_bits.get_unchecked(p));
-                    other = L::common(L::words(bits), bit);
+                    other = minus_bits::<L>(row, j, p);
                 }
                 let [ahead, behind] = bonds::<L, FINITE, 2>(&[there, here], &constants);
                 let (measure, to, factor) = ahead;
@@ -367,10 +369,14 @@ unsafe fn ahead<L: Lanes>(row: &RowView<L::T>, u: &[L; 3], j: usize, p: usize) -
 #[inline(always)]
 unsafe fn own_bits<L: Lanes>(row: &RowView<L::T>, j: usize, p: usize) -> L::Mask {
     // SAFETY: the caller's contract.
-    unsafe {
-        let bits = row.bits.add(j * L::N).offset(*row.own_bits.get_unchecked(p));
-        L::common(L::words(bits), L::splat_word(*row.bit.get_unchecked(p)))
-    }
+    unsafe { L::mask((*row.bits.add(j * row.words + p)).bits()) }
+}
+
+/// Where the bonds at −ξ, half bonds p of the nodes there, are unbroken.
+#[inline(always)]
+unsafe fn minus_bits<L: Lanes>(row: &RowView<L::T>, j: usize, p: usize) -> L::Mask {
+    // SAFETY: the caller's contract.
+    unsafe { L::mask((*row.bits.offset(*row.minus_bits.get_unchecked(p)).add(j * row.words)).bits()) }
 }
 
 /// Constants of half bond p.
@@ -418,10 +424,4 @@ impl<L: Lanes, const UNIFORM: bool, const FINITE: bool> Kernel for Energy<'_, L,
             write(&[sum], j, out);
         }
     }
-}
-
-/// Bits set in a word of bits by half bond p.
-pub fn bit_of<W: Word>(full: usize, half: usize) -> (usize, W) {
-    let place = full - half;
-    (place / W::BITS, W::bit(place % W::BITS))
 }

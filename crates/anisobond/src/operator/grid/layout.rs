@@ -12,7 +12,7 @@ use super::kernels::TOGETHER;
 use crate::lattice::Grid;
 
 /// Bytes of a core's second cache that displacements of a strip and of its neighbours may take; rows of a strip at least.
-const CACHE: usize = 600 << 10;
+const CACHE: usize = 450 << 10;
 const LEAST_ROWS: usize = 8;
 
 /// No element, or no row.
@@ -113,6 +113,11 @@ impl Layout {
         layout
     }
 
+    /// Vectors of a row, those that repeat others included.
+    pub fn positions(&self) -> usize {
+        self.slots / self.lanes
+    }
+
     /// Number of rows.
     pub fn rows(&self) -> usize {
         self.nodes[1] * self.nodes[2]
@@ -141,11 +146,27 @@ impl Layout {
         }
     }
 
-    /// Whether all rows in reach of a row are in the grid, none of them through a periodic face.
-    pub fn interior(&self, row: usize) -> bool {
-        let [_, n2, n3] = self.nodes;
-        let within = |at: usize, n: usize, reach: usize| at >= reach && at + reach < n;
-        within(row % n2, n2, self.reach[1]) && within(row / n2, n3, self.reach[2])
+    /// Number of kinds of rows.
+    pub fn kinds(&self) -> usize {
+        self.kinds_along(1) * self.kinds_along(2)
+    }
+
+    fn kinds_along(&self, axis: usize) -> usize {
+        self.nodes[axis].min(2 * self.reach[axis] + 1)
+    }
+
+    /// The kind of a row: rows of a kind have their neighbours at the same distances; they are as far from the grid's faces,
+    /// or farther than they reach.
+    pub fn kind(&self, row: usize) -> usize {
+        let [_, n2, _] = self.nodes;
+        let along = |at: usize, axis: usize| {
+            let left = self.nodes[axis] - 1 - at;
+            match self.kinds_along(axis) {
+                kinds if left < self.reach[axis].min(kinds - 1) => kinds - 1 - left,
+                _ => at.min(self.reach[axis]),
+            }
+        };
+        along(row % n2, 1) + self.kinds_along(1) * along(row / n2, 2)
     }
 
     /// Fill the copies of a row's elements from their own slots; slots of no element stay zero.
@@ -224,5 +245,23 @@ mod tests {
         assert_eq!(free.row_at(1, [-2, 0]), 6);
         assert_eq!(periodic.row_at(1, [-2, 0]), 2);
         assert_eq!(periodic.row_at(0, [-3, 3]), 3);
+    }
+    #[test]
+    fn rows_of_a_kind_have_neighbours_at_the_same_distances() {
+        for (n, reach) in [(1, 3), (2, 3), (4, 3), (5, 2), (6, 3), (7, 3), (12, 3)] {
+            let grid = Grid::new([4, n, 9], 1.0, Vector3::zeros(), [true; 3]).unwrap();
+            let layout = Layout::new(&grid, [reach; 3], 4, 8);
+            let mut seen = vec![None; layout.kinds()];
+            for row in 0..layout.rows() {
+                let to = |dy| (-3..=3).map(move |dz| [dy, dz]);
+                let distances: Vec<i64> = (-(reach as i32)..=reach as i32)
+                    .flat_map(to)
+                    .filter(|[_, dz]| dz.unsigned_abs() as usize <= reach)
+                    .map(|offset| layout.row_at(row, offset) as i64 - row as i64)
+                    .collect();
+                assert_eq!(*seen[layout.kind(row)].get_or_insert(distances.clone()), distances, "{n} {reach} {row}");
+            }
+            assert!(seen.iter().all(Option::is_some));
+        }
     }
 }

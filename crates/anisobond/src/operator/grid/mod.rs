@@ -15,6 +15,7 @@ mod layout;
 mod linear_operator;
 mod measure;
 pub mod naive;
+mod offsets;
 mod padded;
 mod real;
 mod special;

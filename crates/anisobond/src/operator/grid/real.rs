@@ -3,21 +3,19 @@
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, BitAnd, BitAndAssign, BitOrAssign, Mul, Neg, Not, Sub};
 
+use super::ahead::Ahead;
 use super::aligned::Plain;
 use super::lanes::{Avx2, Avx512, Lanes, Portable};
-use super::ahead::Ahead;
 use super::strip::{self, Event, Scratch, Task};
 
-/// A word of bond bits, as wide as a number, so that a vector of numbers has a vector of words.
+/// One bit of every lane of a vector: which nodes of a vector have a bond.
 pub trait Word:
     Plain + Debug + Default + PartialEq + BitAnd<Output = Self> + BitAndAssign + BitOrAssign + Not<Output = Self> + 'static
 {
-    /// Bits of a word.
-    const BITS: usize;
     /// The word with one bit set.
-    fn bit(place: usize) -> Self;
-    /// Number of bits set.
-    fn ones(self) -> u32;
+    fn bit(lane: usize) -> Self;
+    /// The bits.
+    fn bits(self) -> u32;
 }
 
 /// The storage type of displacements in the kernels: `f64` or `f32`.
@@ -34,7 +32,7 @@ pub trait Real:
     + Neg<Output = Self>
     + 'static
 {
-    /// Words of bond bits.
+    /// Bits of a vector's lanes.
     type Word: Word;
     /// Vectors of the instruction sets.
     #[doc(hidden)]
@@ -58,14 +56,13 @@ pub trait Real:
 macro_rules! real {
     ($real:ty, $word:ty, $narrow:literal) => {
         impl Word for $word {
-            const BITS: usize = <$word>::BITS as usize;
             #[inline(always)]
-            fn bit(place: usize) -> Self {
-                1 << place
+            fn bit(lane: usize) -> Self {
+                1 << lane
             }
             #[inline(always)]
-            fn ones(self) -> u32 {
-                self.count_ones()
+            fn bits(self) -> u32 {
+                u32::from(self)
             }
         }
         impl Real for $real {
@@ -91,5 +88,5 @@ macro_rules! real {
     };
 }
 
-real!(f64, u64, 4);
-real!(f32, u32, 8);
+real!(f64, u8, 4);
+real!(f32, u16, 8);

@@ -9,9 +9,10 @@ use std::ops::Range;
 
 use super::ahead::Ahead;
 use super::aligned::Aligned;
-use super::build::GridBonds;
-use super::kernels::{Coefficients, Energy, Linear, Output, Positions, RowView, Single, TOGETHER, bit_of};
+use super::build::{GridBonds, Mixture};
+use super::kernels::{Coefficients, Energy, Linear, Output, Positions, RowView, Single, TOGETHER, TOGETHER_MASKED};
 use super::lanes::{InstructionSet, Lanes};
+use super::offsets::Offsets;
 use super::padded::Padded;
 use super::real::Real;
 use super::sweep::Law;
@@ -43,23 +44,15 @@ pub struct Scratch<T: Real> {
     block: Aligned<T>,
     /// Forces of a row in natural order.
     pub natural: [Vec<T>; 3],
-    /// Offsets of neighbours of interior rows, which are all alike, and of each row of the strip that is not.
+    /// Neighbours of those rows of the strip some of whose neighbours are outside the grid.
     offsets: Vec<Offsets>,
-    /// Which of them each row has.
-    offsets_of: Vec<usize>,
     /// Constants of the mixture and group that were last used, in vectors.
     mixed: Aligned<T>,
     mixed_of: (u32, usize),
+    /// What is done at once.
+    runs: Vec<Run>,
     /// Bonds over their threshold.
     over: Vec<(u32, u32, u32)>,
-}
-
-/// Where neighbours of a row are, by half bond, from the row on: numbers at +ξ and −ξ, and words of bits at −ξ.
-#[derive(Clone, Default)]
-struct Offsets {
-    plus: Vec<isize>,
-    minus: Vec<isize>,
-    minus_bits: Vec<isize>,
 }
 
 impl<T: Real> Scratch<T> {
@@ -67,59 +60,55 @@ impl<T: Real> Scratch<T> {
     pub fn new(bonds: &GridBonds<T>) -> Self {
         let (layout, half) = (&bonds.layout, bonds.half.len());
         let rows = layout.strips.iter().map(Range::len).max().unwrap_or(0);
-        let mut offsets = vec![Offsets::default(); rows + 1];
-        if let Some(row) = (0..layout.rows()).find(|&row| layout.interior(row)) {
-            offsets[0].aim(bonds, row);
-        }
         Scratch {
             block: Aligned::zeros(rows * 3 * layout.length * layout.lanes),
             natural: std::array::from_fn(|_| vec![T::default(); bonds.row_nodes()]),
-            offsets,
-            offsets_of: vec![0; rows],
+            offsets: vec![Offsets::default(); rows],
             mixed: Aligned::zeros(4 * half * layout.lanes),
             mixed_of: (0, 0),
+            runs: Vec::new(),
             over: Vec::new(),
         }
     }
 }
 
-impl Offsets {
-    /// The offsets of a row.
-    fn aim<T: Real>(&mut self, bonds: &GridBonds<T>, row: usize) {
-        let (layout, half) = (&*bonds.layout, &bonds.half);
-        let (slots, words) = (layout.slots as isize, bonds.words as isize);
-        let rows: Vec<[isize; 2]> = half
-            .rows
-            .iter()
-            .map(|&[dy, dz]| [[dy, dz], [-dy, -dz]].map(|o| layout.row_at(row, o) as isize - row as isize))
-            .collect();
-        self.plus.clear();
-        self.minus.clear();
-        self.minus_bits.clear();
-        for p in 0..half.len() {
-            let [plus, minus] = rows[half.row_of[p]];
-            let along = half.offset[p][0] as isize * layout.lanes as isize;
-            let (word, _) = bit_of::<T::Word>(half.full[p], half.bonds / 2);
-            self.plus.push(plus * 3 * slots + along);
-            self.minus.push(minus * 3 * slots - along);
-            self.minus_bits.push((minus * words + word as isize) * slots - along);
-        }
-    }
-}
-
 impl<T: Real> Task<'_, T> {
-    /// Ask for what is needed next: values of this strip's nodes, and of the plane that enters the reach with the next strip.
+    /// Ask for what is needed next: values of this strip's nodes, then the plane of rows that comes into reach with the next
+    /// strip, or, towards the end of the third axis, with the strips that begin anew.
     pub fn ask_ahead<V>(&self, fields: [&[V]; 3], ahead: &mut Ahead) {
-        let (layout, n2) = (&*self.bonds.layout, self.bonds.layout.nodes[1]);
-        let times = layout.length.div_ceil(TOGETHER) * self.bonds.half.groups.len() * self.rows.len();
+        let (bonds, layout, [_, n2, n3]) = (self.bonds, &*self.bonds.layout, self.bonds.layout.nodes);
+        let (plane, reach) = (self.rows.start / n2, layout.reach[2]);
         ahead.clear();
-        fields.into_iter().for_each(|field| ahead.add(field, times));
-        let (y, z) = (self.rows.start % n2, self.rows.start / n2);
-        let plane = (z + layout.reach[2] + 1) % layout.nodes[2];
-        let row = 3 * layout.slots;
-        let rows = plane * n2 + y.saturating_sub(layout.reach[1])
-            ..plane * n2 + n2.min(y + self.rows.len() + layout.reach[1]);
-        ahead.add(&self.u.values.slice()[rows.start * row..rows.end * row], times);
+        // Last added, first asked for.
+        if plane + 1 < n3 {
+            self.add_plane(self.rows.start + n2..self.rows.end + n2, reach, ahead);
+            let whole = &bonds.whole[self.rows.start * layout.length..self.rows.end * layout.length];
+            if whole.contains(&false) {
+                let row = bonds.words * layout.positions();
+                ahead.add(&bonds.bits.slice()[(self.rows.start + n2) * row..(self.rows.end + n2) * row]);
+            }
+        }
+        let left = n3 - 1 - plane;
+        if left < reach {
+            let start = self.rows.end % n2;
+            self.add_plane(start..n2.min(start + self.rows.len()), reach - left - 1, ahead);
+        }
+        fields.into_iter().for_each(|field| ahead.add(field));
+    }
+
+    /// Ask for the displacements that rows reach in the plane so many planes from theirs.
+    fn add_plane(&self, rows: Range<usize>, planes: usize, ahead: &mut Ahead) {
+        let layout = &*self.bonds.layout;
+        let (reach, planes, row) = (layout.reach[1] as i32, planes as i32, 3 * layout.slots);
+        let first = layout.row_at(rows.start, [0, planes]);
+        if first < layout.rows() {
+            ahead.add(&self.u.values.slice()[first * row..(first + rows.len()) * row]);
+            let before = (-reach..0).map(|dy| layout.row_at(rows.start, [dy, planes]));
+            let behind = (1..=reach).map(|dy| layout.row_at(rows.end - 1, [dy, planes]));
+            for beyond in before.chain(behind).filter(|&beyond| beyond < layout.rows()) {
+                ahead.add(&self.u.values.slice()[beyond * row..(beyond + 1) * row]);
+            }
+        }
     }
 }
 
@@ -150,49 +139,66 @@ unsafe fn strip_in<T: Real, L: Lanes<T = T>>(
 ) {
     let (bonds, layout) = (task.bonds, &*task.bonds.layout);
     for (k, row) in task.rows.clone().enumerate() {
-        scratch.offsets_of[k] = if layout.interior(row) { 0 } else { k + 1 };
-        if !layout.interior(row) {
-            scratch.offsets[k + 1].aim(bonds, row);
+        let of_kind = &bonds.offsets[layout.kind(row)];
+        if !of_kind.inside {
+            of_kind.move_to(layout, bonds.words, row, &mut scratch.offsets[k]);
         }
     }
+    let mut runs = std::mem::take(&mut scratch.runs);
     for first in (0..layout.length).step_by(TOGETHER) {
-        let end = layout.length.min(first + TOGETHER);
-        for group in 0..bonds.half.groups.len() {
-            for (k, row) in task.rows.clone().enumerate() {
-                ahead.advance();
-                let mixtures = &bonds.mixture[row * layout.length..(row + 1) * layout.length];
-                let mut j = first;
-                while j < end {
-                    let mixture = mixtures[j];
-                    let same = (j..end).find(|&e| mixtures[e] != mixture).unwrap_or(end);
-                    if mixture > 0 {
-                        // SAFETY: the caller's contract; the positions are in the row.
-                        unsafe { positions::<T, L>(task, (k, row), group, mixture, j..same, scratch, events) };
-                    }
-                    j = same;
+        runs.clear();
+        for (k, row) in task.rows.clone().enumerate() {
+            let at = row * layout.length + first..row * layout.length + layout.length.min(first + TOGETHER);
+            let mut j = first;
+            for same in bonds.mixture[at].chunk_by(|a, b| a == b) {
+                let positions = j..j + same.len();
+                j = positions.end;
+                let whole = bonds.whole[row * layout.length..][positions.clone()].iter().all(|&w| w);
+                if same[0] > 0 {
+                    runs.push(Run { k, row, positions, mixture: same[0], whole });
                 }
             }
         }
+        for group in 0..bonds.half.groups.len() {
+            for run in &runs {
+                // SAFETY: the caller's contract; the positions are in the row.
+                unsafe { positions::<T, L>(task, run, group, scratch, ahead, events) };
+            }
+        }
     }
+    scratch.runs = runs;
 }
 
-/// What a group of bonds adds to the forces of a few positions of a row, all of the same mixture of stencils.
+/// A few positions of a row, all of the same mixture of stencils.
+struct Run {
+    /// The row, in the strip and in the grid.
+    k: usize,
+    row: usize,
+    positions: Range<usize>,
+    mixture: u32,
+    /// Whether all bonds are there.
+    whole: bool,
+}
+
+/// What a group of bonds adds to the forces of a run.
 ///
 /// # Safety
 /// As [`strip_in`].
 #[inline(always)]
 unsafe fn positions<T: Real, L: Lanes<T = T>>(
     task: &Task<T>,
-    (k, row): (usize, usize),
+    run: &Run,
     group: usize,
-    mixture: u32,
-    wanted: Range<usize>,
     scratch: &mut Scratch<T>,
+    ahead: &mut Ahead,
     events: &mut Vec<Event>,
 ) {
     let Task { bonds, u, law, tables, .. } = *task;
+    let &Run { k, row, ref positions, mixture, whole } = run;
+    let wanted = positions.clone();
     let layout = &*bonds.layout;
-    let uniform = bonds.mixtures[mixture as usize - 1].uniform();
+    let Mixture { stencils, uniform } = bonds.mixtures[mixture as usize - 1];
+    let uniform = uniform.then_some(stencils[0]);
     if uniform.is_none() {
         scratch.mix(bonds, tables, mixture, group);
     }
@@ -206,31 +212,36 @@ unsafe fn positions<T: Real, L: Lanes<T = T>>(
     let centre = layout.reach[0] * layout.lanes;
     // SAFETY: the row is one of the body's.
     let (own_u, own_bits) = unsafe {
-        let bits = bonds.bits.slice().as_ptr().add(row * bonds.words * layout.slots + centre);
+        let bits = bonds.bits.slice().as_ptr().add((row * layout.positions() + layout.reach[0]) * bonds.words);
         (u.values.slice().as_ptr().add(row * 3 * layout.slots + centre), bits)
     };
-    let offsets = &scratch.offsets[scratch.offsets_of[k]];
+    let of_kind = &bonds.offsets[layout.kind(row)];
+    let offsets = if of_kind.inside { of_kind } else { &scratch.offsets[k] };
     let view = RowView {
         u: own_u,
         bits: own_bits,
         slots: layout.slots,
+        words: bonds.words,
         plus: &offsets.plus,
         minus: &offsets.minus,
-        own_bits: &tables.own_bits,
         minus_bits: &offsets.minus_bits,
-        bit: &tables.bit,
     };
-    let whole = bonds.whole[row * layout.length..][wanted.clone()].iter().all(|&w| w);
     let length = layout.length;
     let block = &mut scratch.block.slice_mut()[k * 3 * length * layout.lanes..];
-    let out = Output { to: block.as_mut_ptr(), length, wanted: wanted.clone(), first: group == 0 };
-    // Pairs are taken together: where there are fewer positions, some before them too, whose results are dropped.
-    let paired = paired(law, task.wanted);
-    let starts = if paired { wanted.start.min(length - TOGETHER)..wanted.start.min(length - TOGETHER) + 1 } else { wanted };
-    for j in starts {
+    let to = block.as_mut_ptr();
+    let together = match paired(law, task.wanted) {
+        true if whole && uniform.is_some() => TOGETHER,
+        true => TOGETHER_MASKED,
+        false => 1,
+    };
+    for first in wanted.clone().step_by(together) {
+        // Where there are fewer positions than are taken together, some before them too, whose results are dropped.
+        let j = first.min(length - together);
+        let out = Output { to, length, wanted: first..wanted.end.min(first + together), first: group == 0 };
         let group = &bonds.half.groups[group];
-        let at =
-            Positions { row: &view, group, coefficients: &coefficients, j, out: &out, over: &mut scratch.over };
+        let ahead = ahead.take(group.bonds.len());
+        let over = &mut scratch.over;
+        let at = Positions { row: &view, group, coefficients: &coefficients, j, ahead, out: &out, over };
         // SAFETY: the positions are in the row, whose offsets `aim` made for this layout.
         unsafe {
             match (task.wanted, law.kinematics, uniform.is_some()) {
@@ -238,13 +249,18 @@ unsafe fn positions<T: Real, L: Lanes<T = T>>(
                 (Wanted::Energy, Kinematics::Linear, false) => L::run(Energy::<L, false, false>(at)),
                 (Wanted::Energy, Kinematics::Finite, true) => L::run(Energy::<L, true, true>(at)),
                 (Wanted::Energy, Kinematics::Finite, false) => L::run(Energy::<L, false, true>(at)),
-                (Wanted::Forces, Kinematics::Linear, true) if law.breaking => L::run(Single::<L, true, true, false>(at)),
+                (Wanted::Forces, Kinematics::Linear, true) if law.breaking => {
+                    L::run(Single::<L, true, true, false>(at))
+                }
                 (Wanted::Forces, Kinematics::Linear, false) if law.breaking => {
                     L::run(Single::<L, false, true, false>(at));
                 }
-                (Wanted::Forces, Kinematics::Linear, true) if !whole => L::run(Linear::<L, true, true, true>(at)),
-                (Wanted::Forces, Kinematics::Linear, true) if signed => L::run(Linear::<L, true, false, true>(at)),
-                (Wanted::Forces, Kinematics::Linear, true) => L::run(Linear::<L, true, false, false>(at)),
+                (Wanted::Forces, Kinematics::Linear, true) => match (whole, signed) {
+                    (true, false) => L::run(Linear::<L, true, false, false>(at)),
+                    (true, true) => L::run(Linear::<L, true, false, true>(at)),
+                    (false, false) => L::run(Linear::<L, true, true, false>(at)),
+                    (false, true) => L::run(Linear::<L, true, true, true>(at)),
+                },
                 (Wanted::Forces, Kinematics::Linear, false) => L::run(Linear::<L, false, true, true>(at)),
                 (Wanted::Forces, Kinematics::Finite, true) if whole => L::run(Single::<L, true, false, true>(at)),
                 (Wanted::Forces, Kinematics::Finite, true) => L::run(Single::<L, true, true, true>(at)),
@@ -265,7 +281,7 @@ impl<T: Real> Scratch<T> {
         }
         let lanes = bonds.layout.lanes;
         let per_stencil = tables.per_bond * bonds.half.len();
-        let stencils = &bonds.mixtures[mixture as usize - 1].0[..lanes];
+        let stencils = &bonds.mixtures[mixture as usize - 1].stencils[..lanes];
         let range = &bonds.half.groups[group].bonds;
         let places = tables.per_bond * range.start..tables.per_bond * range.end;
         let mixed = &mut self.mixed.slice_mut()[places.start * lanes..places.end * lanes];

@@ -79,7 +79,8 @@ impl<T: Real> GridBonds<T> {
                 || (Scratch::new(self), Ahead::default()),
                 |(scratch, ahead), (strip, [x, y, z])| {
                     let rows = self.layout.strips[strip].clone();
-                    let task = Task { bonds: self, u, law, tables: &tables, rows: rows.clone(), wanted: Wanted::Forces };
+                    let task =
+                        Task { bonds: self, u, law, tables: &tables, rows: rows.clone(), wanted: Wanted::Forces };
                     task.ask_ahead([x, y, z], ahead);
                     let mut events = Vec::new();
                     T::strip(&task, scratch, ahead, &mut events);
@@ -138,12 +139,8 @@ impl<T: Real> GridBonds<T> {
             };
             rows.clone().map(of_row).collect::<Vec<f64>>()
         };
-        let energies: Vec<Vec<f64>> = self
-            .layout
-            .strips
-            .par_iter()
-            .map_init(|| (Scratch::new(self), Ahead::default()), of_strip)
-            .collect();
+        let energies: Vec<Vec<f64>> =
+            self.layout.strips.par_iter().map_init(|| (Scratch::new(self), Ahead::default()), of_strip).collect();
         energies.iter().flatten().sum()
     }
 }

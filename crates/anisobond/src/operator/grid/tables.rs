@@ -1,7 +1,6 @@
 //! Constants of bonds as the kernels read them, made once per pass.
 
 use super::build::GridBonds;
-use super::kernels::bit_of;
 use super::law::{mean, stiffness, threshold};
 use super::real::Real;
 use super::sweep::Law;
@@ -26,10 +25,6 @@ pub struct Tables<T: Real> {
     pub per_bond: usize,
     /// By stencil: whether any stiffness is negative.
     pub signed: Vec<bool>,
-    /// By half bond: its bit, and the offset of its word.
-    pub bit: Vec<T::Word>,
-    /// See `bit`.
-    pub own_bits: Vec<isize>,
 }
 
 /// Whether bonds are taken in pairs ±ξ.
@@ -70,14 +65,6 @@ impl<T: Real> GridBonds<T> {
                 }
             }
         }
-        let (own_bits, bit) = half
-            .full
-            .iter()
-            .map(|&b| {
-                let (word, bit) = bit_of::<T::Word>(b, bonds / 2);
-                ((word * self.layout.slots) as isize, bit)
-            })
-            .unzip();
-        Tables { shared, own, signed, per_bond: if paired { 4 } else { 2 }, bit, own_bits }
+        Tables { shared, own, signed, per_bond: if paired { 4 } else { 2 } }
     }
 }

@@ -86,8 +86,6 @@ pub trait Lanes: Copy {
     type T: Real;
     /// One truth value per lane.
     type Mask: Copy;
-    /// One word of bond bits per lane.
-    type Words: Copy;
     /// Number of lanes.
     const N: usize;
 
@@ -149,12 +147,6 @@ pub trait Lanes: Copy {
     unsafe fn run(kernel: impl Kernel);
     /// self where the mask is set, else 0.
     unsafe fn keep(self, mask: Self::Mask) -> Self;
-    /// Aligned load of words.
-    unsafe fn words(from: *const <Self::T as Real>::Word) -> Self::Words;
-    /// The same word in all lanes.
-    unsafe fn splat_word(word: <Self::T as Real>::Word) -> Self::Words;
-    /// Lanes in which the words have a bit in common.
-    unsafe fn common(a: Self::Words, b: Self::Words) -> Self::Mask;
     /// a and b.
     unsafe fn both(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     /// a or b.
