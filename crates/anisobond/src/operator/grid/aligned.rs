@@ -19,8 +19,8 @@ pub struct Aligned<T> {
 pub trait Plain: Copy + Send + Sync + 'static {}
 impl Plain for f64 {}
 impl Plain for f32 {}
-impl Plain for u64 {}
-impl Plain for u32 {}
+impl Plain for u8 {}
+impl Plain for u16 {}
 
 impl<T: Plain> Aligned<T> {
     /// So many zeros.

@@ -7,9 +7,9 @@ use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use super::aligned::Aligned;
-use super::kernels::bit_of;
 use super::lanes::InstructionSet;
 use super::layout::{Layout, NONE};
+use super::offsets::Offsets;
 use super::padded::Padded;
 use super::real::{Real, Word};
 use super::stencil::{HalfBonds, MOST_LANES, Stencil};
@@ -17,7 +17,7 @@ use crate::calibration::StrainAverage;
 use crate::lattice::{Body, Neighbourhood};
 use crate::{Error, Result};
 
-/// Words of bits per node at most: 16 of 64 bits, horizon ratio about 7.8.
+/// Bits per node at most, horizon ratio about 7.8.
 const MOST_HALF_BONDS: usize = 1024;
 
 /// The bonds of a body on a grid, with one bit per half bond.
@@ -30,6 +30,8 @@ pub struct GridBonds<T: Real = f64> {
     pub(super) set: InstructionSet,
     pub(super) layout: Arc<Layout>,
     pub(super) half: HalfBonds<T>,
+    /// Neighbours of rows, by kind of row.
+    pub(super) offsets: Vec<Offsets>,
     /// Stencil of each node; 0 is none.
     pub(super) stencil: Vec<u16>,
     pub(super) stencils: Vec<Stencil>,
@@ -38,9 +40,9 @@ pub struct GridBonds<T: Real = f64> {
     /// k (N/m) and s_c (–) by stencil and bond.
     pub(super) stiffness: Vec<T>,
     pub(super) critical: Vec<T>,
-    /// Words of bits per node.
+    /// Words of bits per position of a row, at least one per half bond.
     pub(super) words: usize,
-    /// Bits of half bonds: rows of `words` times `layout.slots`, one row of zeros behind.
+    /// Bits of half bonds, by row, position, half bond and lane; one row of zeros behind.
     pub(super) bits: Aligned<T::Word>,
     /// By row and position: whether all bonds of the vector's bulk lanes exist and are unbroken.
     pub(super) whole: Vec<bool>,
@@ -63,13 +65,11 @@ pub struct GridBonds<T: Real = f64> {
 
 /// Stencils of a vector's lanes; lanes that are not bulk have that of another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Mixture(pub(super) [u16; MOST_LANES]);
-
-impl Mixture {
-    /// The stencil of all lanes, if it is one.
-    pub fn uniform(&self) -> Option<u16> {
-        self.0.iter().all(|&s| s == self.0[0]).then_some(self.0[0])
-    }
+pub struct Mixture {
+    /// By lane.
+    pub stencils: [u16; MOST_LANES],
+    /// Whether they are one.
+    pub uniform: bool,
 }
 
 impl<T: Real> GridBonds<T> {
@@ -98,8 +98,8 @@ impl<T: Real> GridBonds<T> {
     ) -> Result<Self> {
         check(set, &body, neighbourhood, &stencil, &stencils)?;
         let half = HalfBonds::<T>::new(neighbourhood);
-        let layout = Arc::new(Layout::new(&body.grid, half.reach, set.lanes::<T>()));
-        let words = half.len().div_ceil(T::Word::BITS);
+        let layout = Arc::new(Layout::new(&body.grid, half.reach, set.lanes::<T>(), size_of::<T>()));
+        let words = half.len().next_multiple_of(16);
         let all = |values: fn(&Stencil) -> &Vec<f64>| {
             stencils.iter().flat_map(|s| values(s).iter().map(|&x| T::of(x))).collect::<Vec<T>>()
         };
@@ -114,7 +114,7 @@ impl<T: Real> GridBonds<T> {
             stiffness: all(|s| &s.stiffness),
             critical: all(|s| &s.critical),
             breakable: stencils.iter().any(|s| s.critical.iter().any(|c| c.is_finite())),
-            bits: Aligned::zeros((layout.rows() + 1) * words * layout.slots),
+            bits: Aligned::zeros((layout.rows() + 1) * words * layout.positions()),
             whole: vec![false; layout.rows() * layout.length],
             mixture: vec![0; layout.rows() * layout.length],
             mixtures: vec![],
@@ -122,6 +122,7 @@ impl<T: Real> GridBonds<T> {
             special_from: vec![],
             bulk_block: stencils.iter().map(|_| OnceLock::new()).collect(),
             scratch: Mutex::new(None),
+            offsets: Offsets::by_kind(&layout, &half, words),
             neighbourhood: neighbourhood.clone(),
             full: stencil.iter().all(|&s| s > 0),
             body,
@@ -201,25 +202,26 @@ impl<T: Real> GridBonds<T> {
     /// A bit for every half bond that has both ends.
     fn connect(&mut self) {
         let (layout, half, words, n) = (self.layout.clone(), &self.half, self.words, self.row_nodes());
-        let (stencil, bonds) = (&self.stencil, self.half.bonds / 2);
-        let rows = &mut self.bits.slice_mut()[..layout.rows() * words * layout.slots];
-        rows.par_chunks_mut(words * layout.slots).enumerate().for_each(|(row, bits)| {
+        let stencil = &self.stencil;
+        let rows = &mut self.bits.slice_mut()[..layout.rows() * words * layout.positions()];
+        rows.par_chunks_mut(words * layout.positions()).enumerate().for_each(|(row, bits)| {
             for p in 0..half.len() {
                 let [dx, dy, dz] = half.offset[p];
                 let to = layout.row_at(row, [dy, dz]);
                 if to == layout.rows() {
                     continue;
                 }
-                let (word, bit) = bit_of::<T::Word>(half.full[p], bonds);
                 for e in 0..n {
                     let slot = layout.slot(e);
                     let other = layout.element[(slot as i64 + i64::from(dx) * layout.lanes as i64) as usize];
                     if other != NONE && stencil[row * n + e] > 0 && stencil[to * n + other as usize] > 0 {
-                        bits[word * layout.slots + slot] |= bit;
+                        for &slot in layout.copies(e) {
+                            let slot = slot as usize;
+                            bits[slot / layout.lanes * words + p] |= T::Word::bit(slot % layout.lanes);
+                        }
                     }
                 }
             }
-            bits.chunks_exact_mut(layout.slots).for_each(|word| layout.refresh(word));
         });
     }
 
@@ -253,7 +255,8 @@ impl<T: Real> GridBonds<T> {
                     }
                 }
                 if let Some(some) = lanes.into_iter().find(|&s| s > 0) {
-                    let mixture = Mixture(lanes.map(|s| if s > 0 { s } else { some }));
+                    let stencils = lanes.map(|s| if s > 0 { s } else { some });
+                    let mixture = Mixture { stencils, uniform: stencils.iter().all(|&s| s == some) };
                     let next = self.mixtures.len() as u32 + 1;
                     let place = *places.entry(mixture).or_insert(next);
                     if place == next {
@@ -281,10 +284,19 @@ impl<T: Real> GridBonds<T> {
             .into_par_iter()
             .map(|vector| {
                 let (row, j) = (vector / layout.length, vector % layout.length);
-                (0..layout.lanes)
-                    .map(|lane| lane * layout.length + j)
-                    .filter(|&e| e < n && self.stencil[row * n + e] > 0)
-                    .all(|e| self.is_special(row * n + e) || self.degree(row, e) == self.half.bonds)
+                let bulk = |&lane: &usize| {
+                    let e = lane * layout.length + j;
+                    e < n && self.stencil[row * n + e] > 0 && !self.is_special(row * n + e)
+                };
+                let lanes = (0..layout.lanes).filter(bulk).fold(0, |bits, lane| bits | 1 << lane);
+                let slot = (j + layout.reach[0]) * layout.lanes;
+                lanes == 0
+                    || (0..self.half.len()).all(|p| {
+                        let [dx, dy, dz] = self.half.offset[p];
+                        let behind = (slot as i64 - i64::from(dx) * layout.lanes as i64) as usize;
+                        let others = self.word(layout.row_at(row, [-dy, -dz]), behind, p);
+                        self.word(row, slot, p).bits() & others.bits() & lanes == lanes
+                    })
             })
             .collect();
         self.whole = whole;
@@ -292,22 +304,21 @@ impl<T: Real> GridBonds<T> {
 
     /// Number of unbroken bonds of an element of a row.
     pub(super) fn degree(&self, row: usize, element: usize) -> usize {
-        let own: u32 = (0..self.words).map(|word| self.word(row, word, self.layout.slot(element)).ones()).sum();
-        let others = (0..self.half.len()).filter(|&p| self.opposite_bit(row, element, p)).count();
-        own as usize + others
+        (0..self.half.len())
+            .map(|p| usize::from(self.own_bit(row, element, p)) + usize::from(self.opposite_bit(row, element, p)))
+            .sum()
     }
 
-    /// A word of bits.
+    /// Bits of half bond p of the lanes at a slot's position of a row.
     #[inline]
-    pub(super) fn word(&self, row: usize, word: usize, slot: usize) -> T::Word {
-        self.bits.slice()[(row * self.words + word) * self.layout.slots + slot]
+    fn word(&self, row: usize, slot: usize, p: usize) -> T::Word {
+        self.bits.slice()[(row * self.layout.positions() + slot / self.layout.lanes) * self.words + p]
     }
 
     /// Whether half bond p of the node at a slot of a row, or of the row of zeros, is unbroken.
     #[inline]
     pub(super) fn bit_at(&self, row: usize, slot: usize, p: usize) -> bool {
-        let (word, bit) = bit_of::<T::Word>(self.half.full[p], self.half.bonds / 2);
-        self.word(row, word, slot) & bit != T::Word::default()
+        self.word(row, slot, p).bits() >> (slot % self.layout.lanes) & 1 == 1
     }
 
     /// Whether half bond p of an element is unbroken.
@@ -329,10 +340,10 @@ impl<T: Real> GridBonds<T> {
         let (n, layout) = (self.row_nodes(), self.layout.clone());
         for (node, p) in broken {
             let (row, e) = (node / n, node % n);
-            let (word, bit) = bit_of::<T::Word>(self.half.full[p], self.half.bonds / 2);
-            let from = (row * self.words + word) * layout.slots;
             for &slot in layout.copies(e) {
-                self.bits.slice_mut()[from + slot as usize] &= !bit;
+                let (position, lane) = (slot as usize / layout.lanes, slot as usize % layout.lanes);
+                let word = (row * layout.positions() + position) * self.words + p;
+                self.bits.slice_mut()[word] &= !T::Word::bit(lane);
             }
             self.whole[row * layout.length + e % layout.length] = false;
             if let Some(other) = self.node_at(row, e, self.half.offset[p]) {

@@ -8,7 +8,6 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use rayon::prelude::*;
 
 use super::build::GridBonds;
-use super::kernels::bit_of;
 use super::padded::Padded;
 use super::real::Real;
 use crate::tensor::{PAIRS, mandel_weight};
@@ -156,9 +155,8 @@ impl<T: Real> GridBonds<T> {
                 let other = layout.element[(slot as i64 + along) as usize] as usize;
                 visit(p, true, layout.row_at(row, [dy, dz]) * n + other);
             }
-            let (word, bit) = bit_of::<T::Word>(self.half.full[p], self.half.bonds / 2);
             let (behind, from) = ((slot as i64 - along) as usize, layout.row_at(row, [-dy, -dz]));
-            if self.word(from, word, behind) & bit != T::Word::default() {
+            if self.bit_at(from, behind, p) {
                 visit(p, false, from * n + layout.element[behind] as usize);
             }
         }

@@ -3,10 +3,18 @@
 //!
 //! Neighbours at +ξ and −ξ are taken together; a few positions of a row share the loads of a bond's constants.
 
+use std::ops::Range;
+
+use super::ahead::ask;
 use super::lanes::Lanes;
 use super::law::{Constants, bonds};
 use super::real::{Real, Word};
-use super::sweep::{TOGETHER, TOGETHER_SINGLE};
+use super::stencil::Group;
+
+/// Positions of a row that share the loads of a bond's constants, where bonds are taken in pairs, without and with bits: more
+/// need more registers than there are. A part of a row is never shorter.
+pub const TOGETHER: usize = 4;
+pub const TOGETHER_MASKED: usize = 2;
 
 /// What the kernels read of a row. Offsets count numbers (words) from position 0, lane 0 of the row's first component
 /// (word); those of an interior row are the same for all interior rows.
@@ -15,20 +23,16 @@ pub struct RowView<'a, T: Real> {
     pub u: *const T,
     /// Bits of half bonds of the row, at position 0.
     pub bits: *const T::Word,
-    /// Slots of a row, the distance of components and of words.
+    /// Slots of a row, the distance of components.
     pub slots: usize,
+    /// Words of a position.
+    pub words: usize,
     /// By half bond: nodes at +ξ.
     pub plus: &'a [isize],
     /// By half bond: nodes at −ξ.
     pub minus: &'a [isize],
-    /// By half bond: the word of the node's own bit.
-    pub own_bits: &'a [isize],
-    /// By half bond: the word of the bit of the node at −ξ.
+    /// By half bond: the word of the nodes at −ξ.
     pub minus_bits: &'a [isize],
-    /// By half bond: the bit in both.
-    pub bit: &'a [T::Word],
-    /// Ranges of half bonds by pattern of components.
-    pub patterns: &'a [(u8, std::ops::Range<usize>)],
 }
 
 /// Constants of bonds as the kernels read them: of one stencil, or by lane.
@@ -52,22 +56,18 @@ pub trait Kernel {
 pub struct Positions<'a, T: Real> {
     /// The row.
     pub row: &'a RowView<'a, T>,
+    /// The bonds that are taken.
+    pub group: &'a Group,
     /// Constants of bonds.
     pub coefficients: &'a Coefficients<'a, T>,
     /// First position.
     pub j: usize,
+    /// Memory to be asked for meanwhile, a line per bond: see [`super::ahead::Ahead::take`].
+    pub ahead: usize,
     /// Forces, or energies.
     pub out: &'a Output<T>,
-    /// Bonds that break.
-    pub over: &'a mut Over,
-}
-
-/// Bonds over their threshold at some positions.
-pub struct Over {
-    /// Half bond p, position and lanes as bits; room for every bond of every position and one more.
-    pub list: Vec<(u32, u32, u32)>,
-    /// Number of entries that count.
-    pub count: usize,
+    /// Bonds over their threshold: half bond p, position, lanes as bits.
+    pub over: &'a mut Vec<(u32, u32, u32)>,
 }
 
 /// Where forces go: component a of position j is vector (a length + j) of `to`; only positions `wanted` are written.
@@ -77,7 +77,9 @@ pub struct Output<T> {
     /// Positions of a row.
     pub length: usize,
     /// Positions that are written, of those that are taken together.
-    pub wanted: std::ops::Range<usize>,
+    pub wanted: Range<usize>,
+    /// Whether nothing has been written yet, to which other bonds add.
+    pub first: bool,
 }
 
 /// The displacements of J positions of a row from j on. No closures here nor elsewhere in the kernels: they would not be
@@ -119,43 +121,62 @@ impl<L: Lanes, const UNIFORM: bool, const MASKED: bool, const SIGNED: bool> Kern
 {
     #[inline(always)]
     unsafe fn run(self) {
-        let Positions { row, coefficients, j, out, .. } = self.0;
         // SAFETY: the caller's contract.
-        unsafe { linear::<L, UNIFORM, MASKED, SIGNED>(row, coefficients, j, out) }
+        unsafe {
+            if MASKED {
+                linear::<L, UNIFORM, MASKED, SIGNED, TOGETHER_MASKED>(&self.0);
+            } else {
+                linear::<L, UNIFORM, MASKED, SIGNED, TOGETHER>(&self.0);
+            }
+        }
     }
 }
 
 #[inline(always)]
-unsafe fn linear<L: Lanes, const UNIFORM: bool, const MASKED: bool, const SIGNED: bool>(
-    row: &RowView<L::T>,
-    coefficients: &Coefficients<L::T>,
-    j: usize,
-    out: &Output<L::T>,
+unsafe fn linear<L: Lanes, const UNIFORM: bool, const MASKED: bool, const SIGNED: bool, const J: usize>(
+    at: &Positions<L::T>,
 ) {
     // SAFETY: the caller's contract.
     unsafe {
-        let mut centre = displacements::<L, TOGETHER>(row, j);
+        let mut centre = displacements::<L, J>(at.row, at.j);
         if !MASKED {
-            for jj in 0..TOGETHER {
+            for jj in 0..J {
                 for a in 0..3 {
                     centre[jj][a] = centre[jj][a].add(centre[jj][a]);
                 }
             }
         }
-        let mut f = [[L::splat(L::T::default()); 3]; TOGETHER];
-        for (pattern, range) in row.patterns {
-            let (r, c) = (range.clone(), coefficients);
+        let mut f = read::<L, J>(at.j, at.out);
+        for (pattern, range) in &at.group.patterns {
+            let r = range.clone();
             match pattern {
-                1 => part::<L, UNIFORM, MASKED, SIGNED, true, false, false>(row, c, r, j, &centre, &mut f),
-                2 => part::<L, UNIFORM, MASKED, SIGNED, false, true, false>(row, c, r, j, &centre, &mut f),
-                3 => part::<L, UNIFORM, MASKED, SIGNED, true, true, false>(row, c, r, j, &centre, &mut f),
-                4 => part::<L, UNIFORM, MASKED, SIGNED, false, false, true>(row, c, r, j, &centre, &mut f),
-                5 => part::<L, UNIFORM, MASKED, SIGNED, true, false, true>(row, c, r, j, &centre, &mut f),
-                6 => part::<L, UNIFORM, MASKED, SIGNED, false, true, true>(row, c, r, j, &centre, &mut f),
-                _ => part::<L, UNIFORM, MASKED, SIGNED, true, true, true>(row, c, r, j, &centre, &mut f),
+                1 => part::<L, UNIFORM, MASKED, SIGNED, J, true, false, false>(at, r, &centre, &mut f),
+                2 => part::<L, UNIFORM, MASKED, SIGNED, J, false, true, false>(at, r, &centre, &mut f),
+                3 => part::<L, UNIFORM, MASKED, SIGNED, J, true, true, false>(at, r, &centre, &mut f),
+                4 => part::<L, UNIFORM, MASKED, SIGNED, J, false, false, true>(at, r, &centre, &mut f),
+                5 => part::<L, UNIFORM, MASKED, SIGNED, J, true, false, true>(at, r, &centre, &mut f),
+                6 => part::<L, UNIFORM, MASKED, SIGNED, J, false, true, true>(at, r, &centre, &mut f),
+                _ => part::<L, UNIFORM, MASKED, SIGNED, J, true, true, true>(at, r, &centre, &mut f),
             }
         }
-        write(&f, j, out);
+        write(&f, at.j, at.out);
+    }
+}
+
+/// What bonds taken before have left at J positions from j on.
+#[inline(always)]
+unsafe fn read<L: Lanes, const J: usize>(j: usize, out: &Output<L::T>) -> [[L; 3]; J] {
+    // SAFETY: the caller's contract: the block has room for these positions.
+    unsafe {
+        let mut f = [[L::splat(L::T::default()); 3]; J];
+        if !out.first {
+            for jj in 0..J {
+                for a in 0..3 {
+                    f[jj][a] = L::load(out.to.add((a * out.length + j + jj) * L::N));
+                }
+            }
+        }
+        f
     }
 }
 
@@ -179,24 +200,25 @@ unsafe fn part<
     const UNIFORM: bool,
     const MASKED: bool,
     const SIGNED: bool,
+    const J: usize,
     const X: bool,
     const Y: bool,
     const Z: bool,
 >(
-    row: &RowView<L::T>,
-    coefficients: &Coefficients<L::T>,
-    range: std::ops::Range<usize>,
-    j: usize,
-    centre: &[[L; 3]; TOGETHER],
-    f: &mut [[L; 3]; TOGETHER],
+    at: &Positions<L::T>,
+    range: Range<usize>,
+    centre: &[[L; 3]; J],
+    f: &mut [[L; 3]; J],
 ) {
     let used = [X, Y, Z];
+    let Positions { row, coefficients, j, ahead, .. } = *at;
+    let begin = at.group.bonds.start;
     // SAFETY: the caller's contract.
     unsafe {
         let zero = L::splat(L::T::default());
         let u = row.u.add(j * L::N);
-        let bits = row.bits.add(j * L::N);
         for p in range {
+            ask(ahead, p - begin);
             let plus = u.offset(*row.plus.get_unchecked(p));
             let minus = u.offset(*row.minus.get_unchecked(p));
             let mut m = [zero; 3];
@@ -209,13 +231,12 @@ unsafe fn part<
             if SIGNED {
                 sign = number::<L, UNIFORM>(coefficients.own, 4 * p + 3);
             }
-            for jj in 0..TOGETHER {
+            for jj in 0..J {
                 let at = jj * L::N;
                 let (mut here, mut there) = (None, None);
                 if MASKED {
-                    let bit = L::splat_word(*row.bit.get_unchecked(p));
-                    here = Some(L::common(L::words(bits.offset(*row.own_bits.get_unchecked(p)).add(at)), bit));
-                    there = Some(L::common(L::words(bits.offset(*row.minus_bits.get_unchecked(p)).add(at)), bit));
+                    here = Some(own_bits::<L>(row, j + jj, p));
+                    there = Some(minus_bits::<L>(row, j + jj, p));
                 }
                 // −√|k| n·(u₊ + u₋ − 2u): the differences are formed before anything is summed, so that a rigid
                 // translation costs nothing exactly.
@@ -250,10 +271,10 @@ unsafe fn part<
     }
 }
 
-/// Forces of some positions from j on with every bond on its own, because it may break or turns: linear or finite. The
-/// half bonds, from the node on, that break now are written to `over`, without a branch.
+/// Forces of position j with every bond on its own, because it may break or turns: linear or finite. If any half bonds,
+/// from the node on, break now, they are listed.
 ///
-/// `coefficients.shared` holds n or ξ, and 1/|ξ|²; `own` holds k and the threshold.
+/// `coefficients.shared` holds n or ξ, and 1/|ξ|²; `own` holds the stiffness and the threshold.
 pub struct Single<'a, L: Lanes, const UNIFORM: bool, const MASKED: bool, const FINITE: bool>(pub Positions<'a, L::T>);
 
 impl<L: Lanes, const UNIFORM: bool, const MASKED: bool, const FINITE: bool> Kernel
@@ -261,53 +282,101 @@ impl<L: Lanes, const UNIFORM: bool, const MASKED: bool, const FINITE: bool> Kern
 {
     #[inline(always)]
     unsafe fn run(self) {
-        let Positions { row, coefficients, j, out, over } = self.0;
+        let Positions { row, group, coefficients, j, ahead, out, over } = self.0;
         // SAFETY: the caller's contract.
         unsafe {
-            let u = displacements::<L, TOGETHER_SINGLE>(row, j);
-            let mut f = [[L::splat(L::T::default()); 3]; TOGETHER_SINGLE];
-            let list = over.list.as_mut_ptr();
-            let mut count = 0;
-            for p in 0..row.plus.len() {
+            let [u] = displacements::<L, 1>(row, j);
+            let [mut f] = read::<L, 1>(j, out);
+            let mut any = L::mask(0);
+            for p in group.bonds.clone() {
+                ask(ahead, p - group.bonds.start);
                 let plus = row.u.offset(*row.plus.get_unchecked(p)).add(j * L::N);
                 let minus = row.u.offset(*row.minus.get_unchecked(p)).add(j * L::N);
                 let constants = constants::<L, UNIFORM>(coefficients, p);
                 let threshold = number::<L, UNIFORM>(coefficients.own, 2 * p + 1);
-                for jj in 0..TOGETHER_SINGLE {
-                    let at = jj * L::N;
-                    // The bond at −ξ is seen from its other end: the same numbers there and here.
-                    let (mut there, mut here) = (u[jj], u[jj]);
-                    for a in 0..3 {
-                        there[a] = L::load(plus.add(a * row.slots + at)).sub(u[jj][a]);
-                        here[a] = u[jj][a].sub(L::load(minus.add(a * row.slots + at)));
-                    }
-                    let (mut own, mut other) = (L::mask(u32::MAX), L::mask(u32::MAX));
-                    if MASKED {
-                        let bit = L::splat_word(*row.bit.get_unchecked(p));
-                        let bits = row.bits.add(j * L::N + at);
-                        own = L::common(L::words(bits.offset(*row.own_bits.get_unchecked(p))), bit);
-                        other = L::common(L::words(bits.offset(*row.minus_bits.get_unchecked(p))), bit);
-                    }
-                    let [ahead, behind] = bonds::<L, FINITE, 2>(&[there, here], &constants);
-                    let (measure, to, factor) = ahead;
-                    let breaks = L::both(own, measure.above(threshold));
-                    let pull = constants.stiffness.mul_where(factor, L::but_not(own, breaks));
-                    for a in 0..3 {
-                        f[jj][a] = pull.mul_add(to[a], f[jj][a]);
-                    }
-                    *list.add(count) = (p as u32, (j + jj) as u32, L::bits(breaks));
-                    count += usize::from(L::bits(breaks) != 0);
-                    let (measure, to, factor) = behind;
-                    let pull = constants.stiffness.mul_where(factor, L::but_not(other, measure.above(threshold)));
-                    for a in 0..3 {
-                        f[jj][a] = pull.neg_mul_add(to[a], f[jj][a]);
-                    }
+                // The bond at −ξ is seen from its other end: the same numbers there and here.
+                let (mut there, mut here) = (u, u);
+                for a in 0..3 {
+                    there[a] = L::load(plus.add(a * row.slots)).sub(u[a]);
+                    here[a] = u[a].sub(L::load(minus.add(a * row.slots)));
+                }
+                let (mut own, mut other) = (L::mask(u32::MAX), L::mask(u32::MAX));
+                if MASKED {
+                    own = own_bits::<L>(row, j, p);
+                    other = minus_bits::<L>(row, j, p);
+                }
+                let [ahead, behind] = bonds::<L, FINITE, 2>(&[there, here], &constants);
+                let (measure, to, factor) = ahead;
+                let breaks = L::both(own, measure.above(threshold));
+                any = L::either(any, breaks);
+                let pull = constants.stiffness.mul_where(factor, L::but_not(own, breaks));
+                for a in 0..3 {
+                    f[a] = pull.mul_add(to[a], f[a]);
+                }
+                let (measure, to, factor) = behind;
+                let pull = constants.stiffness.mul_where(factor, L::but_not(other, measure.above(threshold)));
+                for a in 0..3 {
+                    f[a] = pull.neg_mul_add(to[a], f[a]);
                 }
             }
-            over.count = count;
-            write(&f, j, out);
+            write(&[f], j, out);
+            if L::bits(any) != 0 {
+                list::<L, UNIFORM, FINITE>(row, group, coefficients, j, over);
+            }
         }
     }
+}
+
+/// List the half bonds that break at position j, of nodes from which they are unbroken.
+#[inline(always)]
+unsafe fn list<L: Lanes, const UNIFORM: bool, const FINITE: bool>(
+    row: &RowView<L::T>,
+    group: &Group,
+    coefficients: &Coefficients<L::T>,
+    j: usize,
+    over: &mut Vec<(u32, u32, u32)>,
+) {
+    // SAFETY: the caller's contract.
+    unsafe {
+        let [u] = displacements::<L, 1>(row, j);
+        for p in group.bonds.clone() {
+            let (eta, constants) = (ahead::<L>(row, &u, j, p), constants::<L, UNIFORM>(coefficients, p));
+            let [(measure, ..)] = bonds::<L, FINITE, 1>(&[eta], &constants);
+            let above = measure.above(number::<L, UNIFORM>(coefficients.own, 2 * p + 1));
+            let lanes = L::bits(L::both(own_bits::<L>(row, j, p), above));
+            if lanes != 0 {
+                over.push((p as u32, j as u32, lanes));
+            }
+        }
+    }
+}
+
+/// Displacements at +ξ of half bond p, relative to those of position j.
+#[inline(always)]
+unsafe fn ahead<L: Lanes>(row: &RowView<L::T>, u: &[L; 3], j: usize, p: usize) -> [L; 3] {
+    // SAFETY: the caller's contract.
+    unsafe {
+        let plus = row.u.offset(*row.plus.get_unchecked(p)).add(j * L::N);
+        let mut eta = *u;
+        for a in 0..3 {
+            eta[a] = L::load(plus.add(a * row.slots)).sub(u[a]);
+        }
+        eta
+    }
+}
+
+/// Where half bond p of the nodes at position j is unbroken.
+#[inline(always)]
+unsafe fn own_bits<L: Lanes>(row: &RowView<L::T>, j: usize, p: usize) -> L::Mask {
+    // SAFETY: the caller's contract.
+    unsafe { L::mask((*row.bits.add(j * row.words + p)).bits()) }
+}
+
+/// Where the bonds at −ξ, half bonds p of the nodes there, are unbroken.
+#[inline(always)]
+unsafe fn minus_bits<L: Lanes>(row: &RowView<L::T>, j: usize, p: usize) -> L::Mask {
+    // SAFETY: the caller's contract.
+    unsafe { L::mask((*row.bits.offset(*row.minus_bits.get_unchecked(p)).add(j * row.words)).bits()) }
 }
 
 /// Constants of half bond p.
@@ -328,44 +397,31 @@ unsafe fn constants<L: Lanes, const UNIFORM: bool>(from: &Coefficients<L::T>, p:
 }
 
 /// Energies of the half bonds from the nodes on, of one position: ½ k (n·η)², or ½ k |ξ|² s² with
-/// s = √(1+q) − 1 = q/(1 + √(1+q)). Component 0 of the output.
+/// s = √(1+q) − 1 = q/(1 + √(1+q)) and q = η·(2ξ+η)/|ξ|². Component 0 of the output.
 ///
-/// `coefficients.shared` as of [`Single`]; `own` holds ½ k or ½ k |ξ|², and nothing.
+/// `coefficients.shared` as of [`Single`]; `own` holds ½ k or ½ k/|ξ|², and nothing.
 pub struct Energy<'a, L: Lanes, const UNIFORM: bool, const FINITE: bool>(pub Positions<'a, L::T>);
 
 impl<L: Lanes, const UNIFORM: bool, const FINITE: bool> Kernel for Energy<'_, L, UNIFORM, FINITE> {
     #[inline(always)]
     unsafe fn run(self) {
-        let Positions { row, coefficients, j, out, .. } = self.0;
+        let Positions { row, group, coefficients, j, out, .. } = self.0;
         // SAFETY: the caller's contract.
         unsafe {
             let [u] = displacements::<L, 1>(row, j);
-            let zero = L::splat(L::T::default());
+            let [mut sum] = read::<L, 1>(j, out);
             let one = L::splat(L::T::of(1.0));
-            let mut energy = zero;
-            for p in 0..row.plus.len() {
-                let plus = row.u.offset(*row.plus.get_unchecked(p)).add(j * L::N);
-                let constants = constants::<L, UNIFORM>(coefficients, p);
-                let mut eta = u;
-                for a in 0..3 {
-                    eta[a] = L::load(plus.add(a * row.slots)).sub(u[a]);
-                }
-                let bit = L::splat_word(*row.bit.get_unchecked(p));
-                let own = L::common(L::words(row.bits.add(j * L::N).offset(*row.own_bits.get_unchecked(p))), bit);
+            for p in group.bonds.clone() {
+                let (eta, constants) = (ahead::<L>(row, &u, j, p), constants::<L, UNIFORM>(coefficients, p));
                 let [(mut measure, ..)] = bonds::<L, FINITE, 1>(&[eta], &constants);
                 if FINITE {
-                    let [root] = L::roots([one.add(measure)]);
+                    let [root] = L::roots([measure.mul_add(constants.per_square, one)]);
                     measure = measure.div(one.add(root));
                 }
-                energy = energy.add(constants.stiffness.mul_where(measure.mul(measure), own));
+                let energy = constants.stiffness.mul_where(measure.mul(measure), own_bits::<L>(row, j, p));
+                sum[0] = sum[0].add(energy);
             }
-            write(&[[energy, zero, zero]], j, out);
+            write(&[sum], j, out);
         }
     }
-}
-
-/// Bits set in a word of bits by half bond p.
-pub fn bit_of<W: Word>(full: usize, half: usize) -> (usize, W) {
-    let place = full - half;
-    (place / W::BITS, W::bit(place % W::BITS))
 }

@@ -14,24 +14,25 @@ pub unsafe fn dot<L: Lanes>(a: &[L; 3], b: &[L; 3]) -> L {
     unsafe { a[2].mul_add(b[2], a[1].mul_add(b[1], a[0].mul(b[0]))) }
 }
 
-/// The constants of a bond: direction n (linear) or ξ (m; finite), 1/|ξ|² (1/m²; finite), stiffness k (N/m).
+/// The constants of a bond: direction n (linear) or ξ (m; finite), 1/|ξ|² (1/m²; finite), stiffness k (N/m) or k/|ξ|²
+/// (N/m³; finite).
 #[derive(Clone, Copy)]
 pub struct Constants<L> {
     /// n or ξ.
     pub branch: [L; 3],
     /// 1/|ξ|².
     pub per_square: L,
-    /// k.
+    /// k or k/|ξ|²: see [`stiffness`].
     pub stiffness: L,
 }
 
 /// Measure of stretch, direction and factor of the force of a bond.
 pub type Pull<L> = (L, [L; 3], L);
 
-/// A bond's measure of stretch, which is compared with [`threshold`], and the direction and factor of its force, without k:
-/// linear n·η, n, n·η (P eqs 14-15);
-/// finite q = (|ξ+η|² − |ξ|²)/|ξ|², ξ+η, 1 − |ξ|/|ξ+η| (P eq 5), with 1 − 1/√(1+q) = q/(1 + q + √(1+q)), in which
-/// nothing cancels.
+/// A bond's measure of stretch, which is compared with [`threshold`], and the direction and factor of its force, without
+/// [`stiffness`]: linear n·η, n, n·η (P eqs 14-15);
+/// finite d = |ξ+η|² − |ξ|² = η·(2ξ+η), ξ+η, d/(1 + q + √(1+q)) with q = d/|ξ|² (P eq 5): |ξ|² times
+/// 1 − |ξ|/|ξ+η| = 1 − 1/√(1+q), without cancellation.
 ///
 /// Bonds are taken C at a time, step by step: their long chains of operations then overlap.
 ///
@@ -55,39 +56,42 @@ pub unsafe fn bonds<L: Lanes, const FINITE: bool, const C: usize>(
             return out;
         }
         let one = L::splat(L::T::of(1.0));
-        let mut q = [zero; C];
+        let mut d = [zero; C];
         for a in 0..3 {
             for c in 0..C {
                 out[c].1[a] = branch[a].add(eta[c][a]);
                 let sum = out[c].1[a].add(branch[a]);
-                q[c] = if a == 0 { eta[c][a].mul(sum) } else { eta[c][a].mul_add(sum, q[c]) };
+                d[c] = if a == 0 { eta[c][a].mul(sum) } else { eta[c][a].mul_add(sum, d[c]) };
             }
         }
-        let mut square = q;
+        let mut square = d;
         for c in 0..C {
-            q[c] = q[c].mul(constants.per_square);
-        }
-        for c in 0..C {
-            square[c] = one.add(q[c]);
+            square[c] = d[c].mul_add(constants.per_square, one);
         }
         let root = L::roots(square);
         for c in 0..C {
             square[c] = square[c].add(root[c]);
         }
         for c in 0..C {
-            out[c].0 = q[c];
-            out[c].2 = q[c].div(square[c]);
+            out[c].0 = d[c];
+            out[c].2 = d[c].div(square[c]);
         }
         out
     }
 }
 
+/// What a bond's factor of force is multiplied by: k (N/m), at finite stretch k/|ξ|² (N/m³).
+#[inline(always)]
+pub fn stiffness<T: Real>(finite: bool, k: T, per_square: T) -> T {
+    if finite { k * per_square } else { k }
+}
+
 /// The measure of stretch above which a bond breaks, from its critical stretch s (–) and length (m): linear s|ξ|,
-/// finite (1 + s)² − 1.
+/// finite (1 + s)²|ξ|² − |ξ|² = s (2 + s) |ξ|².
 #[inline(always)]
 pub fn threshold<T: Real>(finite: bool, critical: T, length: T) -> T {
     match finite {
-        true => critical * (critical + T::of(2.0)),
+        true => critical * (critical + T::of(2.0)) * (length * length),
         false => critical * length,
     }
 }

@@ -6,12 +6,14 @@
 //! positions j < 0 and j ≥ L repeat the neighbouring lanes (or the other end of a periodic row, or hold zero). The
 //! neighbours at an offset of all elements of a vector are then one aligned vector, of position j + offset of another row.
 
-use super::sweep::TOGETHER;
+use std::ops::Range;
+
+use super::kernels::TOGETHER;
 use crate::lattice::Grid;
 
-/// Bytes of a core's cache that rows of a block and their neighbours may take, and rows of a block at least.
-const CACHE: usize = 512 << 10;
-const LEAST_BLOCK: usize = 8;
+/// Bytes of a core's second cache that displacements of a strip and of its neighbours may take; rows of a strip at least.
+const CACHE: usize = 450 << 10;
+const LEAST_ROWS: usize = 8;
 
 /// No element, or no row.
 pub const NONE: u32 = u32::MAX;
@@ -27,7 +29,8 @@ pub struct Layout {
     pub length: usize,
     /// Reach of the neighbourhood along each axis.
     pub reach: [usize; 3],
-    /// Slots of a row: (L + 2m) W.
+    /// Slots of a row: (L + 2m) W, and W more where L + 2m is even, so that the first vectors of rows are spread over all
+    /// sets of the cache.
     pub slots: usize,
     /// Element of each slot of a row, [`NONE`] beyond a free end.
     pub element: Vec<u32>,
@@ -38,23 +41,44 @@ pub struct Layout {
     place: Vec<[u32; 2]>,
     /// Slots that repeat another, and that other.
     repeated: Vec<[u32; 2]>,
+    /// Rows that are taken together, neighbours along the second axis; by place along that axis, then the third.
+    pub strips: Vec<Range<usize>>,
+    /// Strips in the order in which their neighbours stay in the cache from one to the next: along the third axis first.
+    pub order: Vec<usize>,
     /// Place along the second and third axis after wrapping, for −reach ≤ place < n + reach; [`NONE`] outside.
     wrapped: [Vec<u32>; 2],
 }
 
 impl Layout {
-    /// The layout of a grid for vectors of so many lanes.
-    pub fn new(grid: &Grid, reach: [usize; 3], lanes: usize) -> Self {
+    /// The layout of a grid for vectors of so many lanes of numbers of so many bytes.
+    pub fn new(grid: &Grid, reach: [usize; 3], lanes: usize, bytes: usize) -> Self {
         let nodes = grid.nodes;
         let length = nodes[0].div_ceil(lanes).max(TOGETHER);
-        let slots = (length + 2 * reach[0]) * lanes;
+        let positions = length + 2 * reach[0];
+        let slots = (positions | 1) * lanes;
         let wrap = |at: i64, axis: usize| match grid.periodic[axis] {
             true => at.rem_euclid(nodes[axis] as i64) as u32,
             false if (0..nodes[axis] as i64).contains(&at) => at as u32,
             false => NONE,
         };
-        let element: Vec<u32> =
-            (0..slots).map(|slot| wrap((slot % lanes * length + slot / lanes) as i64 - reach[0] as i64, 0)).collect();
+        let element: Vec<u32> = (0..slots)
+            .map(|slot| match slot / lanes {
+                position if position < positions => {
+                    wrap((slot % lanes * length + position) as i64 - reach[0] as i64, 0)
+                }
+                _ => NONE,
+            })
+            .collect();
+        // Planes that neighbours are in, each with as many rows more as they reach.
+        let held = CACHE / ((2 * reach[2] + 1) * 3 * slots * bytes);
+        let columns = nodes[1].div_ceil(held.saturating_sub(2 * reach[1]).max(LEAST_ROWS));
+        let rows = nodes[1].div_ceil(columns);
+        let strips: Vec<Range<usize>> = (0..nodes[2])
+            .flat_map(|z| (0..nodes[1]).step_by(rows).map(move |y| (y, z)))
+            .map(|(y, z)| z * nodes[1] + y..z * nodes[1] + nodes[1].min(y + rows))
+            .collect();
+        let mut order: Vec<usize> = (0..strips.len()).collect();
+        order.sort_unstable_by_key(|&s| (strips[s].start % nodes[1], strips[s].start));
         let wrapped = [1, 2].map(|axis| {
             (0..nodes[axis] + 2 * reach[axis]).map(|at| wrap(at as i64 - reach[axis] as i64, axis)).collect()
         });
@@ -68,6 +92,8 @@ impl Layout {
             copies: vec![],
             first: vec![0],
             repeated: vec![],
+            strips,
+            order,
             place: (0..nodes[1] * nodes[2]).map(|row| [row % nodes[1], row / nodes[1]].map(|x| x as u32)).collect(),
             wrapped,
         };
@@ -87,19 +113,14 @@ impl Layout {
         layout
     }
 
+    /// Vectors of a row, those that repeat others included.
+    pub fn positions(&self) -> usize {
+        self.slots / self.lanes
+    }
+
     /// Number of rows.
     pub fn rows(&self) -> usize {
         self.nodes[1] * self.nodes[2]
-    }
-
-    /// Where a row comes when rows are taken in blocks along the second axis, and in each block along the third: so that
-    /// the rows that neighbours are in stay in the cache from one to the next.
-    pub fn place_in_blocks(&self, row: usize) -> (usize, usize, usize) {
-        let [_, n2, _] = self.nodes;
-        let planes = 2 * self.reach[2] + 1;
-        let row_bytes = 4 * self.slots * size_of::<f64>();
-        let block = (CACHE / (planes * row_bytes)).saturating_sub(2 * self.reach[1]).max(LEAST_BLOCK);
-        (row % n2 / block, row / n2, row % n2)
     }
 
     /// The own slot of an element of a row.
@@ -125,11 +146,27 @@ impl Layout {
         }
     }
 
-    /// Whether all rows in reach of a row are in the grid, none of them through a periodic face.
-    pub fn interior(&self, row: usize) -> bool {
-        let [_, n2, n3] = self.nodes;
-        let within = |at: usize, n: usize, reach: usize| at >= reach && at + reach < n;
-        within(row % n2, n2, self.reach[1]) && within(row / n2, n3, self.reach[2])
+    /// Number of kinds of rows.
+    pub fn kinds(&self) -> usize {
+        self.kinds_along(1) * self.kinds_along(2)
+    }
+
+    fn kinds_along(&self, axis: usize) -> usize {
+        self.nodes[axis].min(2 * self.reach[axis] + 1)
+    }
+
+    /// The kind of a row: rows of a kind have their neighbours at the same distances; they are as far from the grid's faces,
+    /// or farther than they reach.
+    pub fn kind(&self, row: usize) -> usize {
+        let [_, n2, _] = self.nodes;
+        let along = |at: usize, axis: usize| {
+            let left = self.nodes[axis] - 1 - at;
+            match self.kinds_along(axis) {
+                kinds if left < self.reach[axis].min(kinds - 1) => kinds - 1 - left,
+                _ => at.min(self.reach[axis]),
+            }
+        };
+        along(row % n2, 1) + self.kinds_along(1) * along(row / n2, 2)
     }
 
     /// Fill the copies of a row's elements from their own slots; slots of no element stay zero.
@@ -167,7 +204,7 @@ mod tests {
 
     fn layout(nodes: [usize; 3], reach: usize, lanes: usize, periodic: bool) -> Layout {
         let grid = Grid::new(nodes, 1.0, Vector3::zeros(), [periodic; 3]).unwrap();
-        Layout::new(&grid, [reach; 3], lanes)
+        Layout::new(&grid, [reach; 3], lanes, 8)
     }
 
     #[test]
@@ -189,6 +226,7 @@ mod tests {
                     assert!(layout.copies(e).iter().all(|&s| layout.element[s as usize] == e as u32));
                 }
                 let numbers: Vec<u32> = (0..n as u32).collect();
+                assert_eq!(layout.slots / lanes % 2, 1);
                 let mut row = vec![NONE; layout.slots];
                 layout.spread(&numbers, &mut row);
                 assert_eq!(row, layout.element);
@@ -207,5 +245,23 @@ mod tests {
         assert_eq!(free.row_at(1, [-2, 0]), 6);
         assert_eq!(periodic.row_at(1, [-2, 0]), 2);
         assert_eq!(periodic.row_at(0, [-3, 3]), 3);
+    }
+    #[test]
+    fn rows_of_a_kind_have_neighbours_at_the_same_distances() {
+        for (n, reach) in [(1, 3), (2, 3), (4, 3), (5, 2), (6, 3), (7, 3), (12, 3)] {
+            let grid = Grid::new([4, n, 9], 1.0, Vector3::zeros(), [true; 3]).unwrap();
+            let layout = Layout::new(&grid, [reach; 3], 4, 8);
+            let mut seen = vec![None; layout.kinds()];
+            for row in 0..layout.rows() {
+                let to = |dy| (-3..=3).map(move |dz| [dy, dz]);
+                let distances: Vec<i64> = (-(reach as i32)..=reach as i32)
+                    .flat_map(to)
+                    .filter(|[_, dz]| dz.unsigned_abs() as usize <= reach)
+                    .map(|offset| layout.row_at(row, offset) as i64 - row as i64)
+                    .collect();
+                assert_eq!(*seen[layout.kind(row)].get_or_insert(distances.clone()), distances, "{n} {reach} {row}");
+            }
+            assert!(seen.iter().all(Option::is_some));
+        }
     }
 }

@@ -105,7 +105,7 @@ impl<T: Real> GridBonds<T> {
         let found = self.bond_of(u, kinematics == Kinematics::Finite, node / n, node % n, p, true);
         found.map_or(0.0, |found| {
             let (elongation, _) = elongation(kinematics, &self.half.xi[p], &Vector3::from(found.eta.map(T::f64)));
-            0.5 * found.stiffness.f64() * elongation * elongation
+            0.5 * found.k.f64() * elongation * elongation
         })
     }
 
@@ -117,7 +117,7 @@ impl<T: Real> GridBonds<T> {
                 if let Some(found) = self.bond_of(u, kinematics == Kinematics::Finite, row, e, p, ahead) {
                     let eta = Vector3::from(found.eta.map(T::f64));
                     let (elongation, to) = elongation(kinematics, &self.half.xi[p], &eta);
-                    let k = found.stiffness.f64();
+                    let k = found.k.f64();
                     state.energy += 0.25 * k * elongation * elongation;
                     state.stress += 0.5 * k * elongation / to.norm() * to * to.transpose();
                 }

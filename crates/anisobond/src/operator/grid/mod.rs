@@ -4,6 +4,7 @@
 //! whose neighbours have the same stencil or are missing, are taken a vector at a time (`kernels`); the others one by one,
 //! with the mean of what both ends of a bond say (`special`).
 
+mod ahead;
 mod aligned;
 mod build;
 mod failing;
@@ -15,6 +16,7 @@ mod layout;
 mod linear_operator;
 mod measure;
 pub mod naive;
+mod offsets;
 mod padded;
 mod real;
 mod softening;
@@ -22,7 +24,9 @@ mod special;
 mod spectrum;
 mod state;
 mod stencil;
+mod strip;
 mod sweep;
+mod tables;
 
 pub use build::GridBonds;
 pub use failing::{FailingBonds, Failure, Overstretched, Way};

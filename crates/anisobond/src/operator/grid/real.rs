@@ -3,20 +3,19 @@
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, BitAnd, BitAndAssign, BitOrAssign, Mul, Neg, Not, Sub};
 
+use super::ahead::Ahead;
 use super::aligned::Plain;
 use super::lanes::{Avx2, Avx512, Lanes, Portable};
-use super::sweep::{self, Event, Scratch, Task};
+use super::strip::{self, Event, Scratch, Task};
 
-/// A word of bond bits, as wide as a number, so that a vector of numbers has a vector of words.
+/// One bit of every lane of a vector: which nodes of a vector have a bond.
 pub trait Word:
     Plain + Debug + Default + PartialEq + BitAnd<Output = Self> + BitAndAssign + BitOrAssign + Not<Output = Self> + 'static
 {
-    /// Bits of a word.
-    const BITS: usize;
     /// The word with one bit set.
-    fn bit(place: usize) -> Self;
-    /// Number of bits set.
-    fn ones(self) -> u32;
+    fn bit(lane: usize) -> Self;
+    /// The bits.
+    fn bits(self) -> u32;
 }
 
 /// The storage type of displacements in the kernels: `f64` or `f32`.
@@ -33,7 +32,7 @@ pub trait Real:
     + Neg<Output = Self>
     + 'static
 {
-    /// Words of bond bits.
+    /// Bits of a vector's lanes.
     type Word: Word;
     /// Vectors of the instruction sets.
     #[doc(hidden)]
@@ -42,9 +41,12 @@ pub trait Real:
     type Avx2: Lanes<T = Self>;
     #[doc(hidden)]
     type Portable: Lanes<T = Self>;
-    /// Forces of a row, compiled with this library.
+    /// Forces of a strip's bulk vectors, compiled with this library.
     #[doc(hidden)]
-    fn row(task: &Task<Self>, scratch: &mut Scratch<Self>, events: &mut Vec<Event>);
+    fn strip(task: &Task<Self>, scratch: &mut Scratch<Self>, ahead: &mut Ahead, events: &mut Vec<Event>);
+    /// Forces of one of its rows in natural order, compiled with this library.
+    #[doc(hidden)]
+    fn natural(task: &Task<Self>, scratch: &mut Scratch<Self>, row: usize, events: &mut Vec<Event>);
     /// Rounded from f64.
     fn of(x: f64) -> Self;
     /// As f64.
@@ -54,14 +56,13 @@ pub trait Real:
 macro_rules! real {
     ($real:ty, $word:ty, $narrow:literal) => {
         impl Word for $word {
-            const BITS: usize = <$word>::BITS as usize;
             #[inline(always)]
-            fn bit(place: usize) -> Self {
-                1 << place
+            fn bit(lane: usize) -> Self {
+                1 << lane
             }
             #[inline(always)]
-            fn ones(self) -> u32 {
-                self.count_ones()
+            fn bits(self) -> u32 {
+                u32::from(self)
             }
         }
         impl Real for $real {
@@ -69,8 +70,11 @@ macro_rules! real {
             type Avx512 = Avx512<$real>;
             type Avx2 = Avx2<$real>;
             type Portable = Portable<$real, $narrow>;
-            fn row(task: &Task<Self>, scratch: &mut Scratch<Self>, events: &mut Vec<Event>) {
-                sweep::row(task, scratch, events);
+            fn strip(task: &Task<Self>, scratch: &mut Scratch<Self>, ahead: &mut Ahead, events: &mut Vec<Event>) {
+                strip::strip(task, scratch, ahead, events);
+            }
+            fn natural(task: &Task<Self>, scratch: &mut Scratch<Self>, row: usize, events: &mut Vec<Event>) {
+                strip::natural(task, scratch, row, events);
             }
             #[inline(always)]
             fn of(x: f64) -> Self {
@@ -84,5 +88,5 @@ macro_rules! real {
     };
 }
 
-real!(f64, u64, 4);
-real!(f32, u32, 8);
+real!(f64, u8, 4);
+real!(f32, u16, 8);

@@ -2,11 +2,12 @@
 
 use super::build::GridBonds;
 use super::lanes::Lanes;
-use super::law::{Constants, bonds, mean, threshold};
+use super::law::{Constants, bonds, mean, stiffness, threshold};
 use super::padded::Padded;
 use super::real::Real;
 use super::stencil::Lane;
-use super::sweep::{Event, Law};
+use super::strip::Event;
+use super::sweep::Law;
 use crate::operator::Kinematics;
 
 impl<T: Real> GridBonds<T> {
@@ -118,7 +119,8 @@ impl<T: Real> GridBonds<T> {
             if ahead { there - here } else { here - there }
         });
         let threshold = threshold(finite, of(&self.critical), self.half.length.slice()[p]);
-        Some(Found { eta, stiffness: of(&self.stiffness), threshold })
+        let k = of(&self.stiffness);
+        Some(Found { eta, k, stiffness: stiffness(finite, k, self.half.per_square.slice()[p]), threshold })
     }
 }
 
@@ -127,6 +129,8 @@ pub(super) struct Found<T> {
     /// Relative displacement (m), in the sense of +ξ.
     pub eta: [T; 3],
     /// k (N/m).
+    pub k: T,
+    /// What the factor of its force is multiplied by.
     pub stiffness: T,
     /// Measure of stretch above which it breaks.
     pub threshold: T,

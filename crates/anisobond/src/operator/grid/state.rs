@@ -38,14 +38,16 @@ impl<T: Real> GridBonds<T> {
         (0..self.stencil.len()).filter(|&node| self.stencil[node] > 0).map(of).sum()
     }
 
-    /// One bit per half bond, node by node, whole words per node: whether it is unbroken.
+    /// One bit per half bond, node by node, whole words per node: whether it is unbroken; bonds in the order of the second
+    /// half of the neighbourhood's.
     pub fn unbroken_bits(&self) -> Vec<u64> {
         let (n, words) = (self.row_nodes(), self.half.len().div_ceil(64));
         let mut bits = vec![0; words * self.stencil.len()];
         for (node, bits) in bits.chunks_exact_mut(words.max(1)).enumerate().filter(|(node, _)| self.stencil[*node] > 0)
         {
             for p in (0..self.half.len()).filter(|&p| self.own_bit(node / n, node % n, p)) {
-                bits[p / 64] |= 1 << (p % 64);
+                let place = self.half.full[p] - self.half.bonds / 2;
+                bits[place / 64] |= 1 << (place % 64);
             }
         }
         bits
@@ -61,10 +63,13 @@ impl<T: Real> GridBonds<T> {
             return Err(Error::input("the saved bonds are of another body", "resume with the case as it was"));
         }
         let words = self.half.len().div_ceil(64).max(1);
+        let mut half_of = vec![0; self.half.len()];
+        self.half.full.iter().enumerate().for_each(|(p, b)| half_of[b - self.half.bonds / 2] = p);
         let mut broken = Vec::new();
         for (place, (now, then)) in now.iter().zip(bits).enumerate() {
             let gone = now & !then;
-            broken.extend((0..64).filter(|b| gone >> b & 1 == 1).map(|b| (place / words, place % words * 64 + b)));
+            let bits = (0..64).filter(|b| gone >> b & 1 == 1);
+            broken.extend(bits.map(|b| (place / words, half_of[place % words * 64 + b])));
         }
         self.clear(broken);
         Ok(())

@@ -1,10 +1,14 @@
 //! What the bonds of a node are, and the geometry that all stencils share.
 
+use std::collections::BTreeSet;
+use std::ops::Range;
+
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 use super::aligned::Aligned;
+use super::kernels::TOGETHER;
 use super::real::Real;
-use crate::lattice::Neighbourhood;
+use crate::lattice::{Bond, Neighbourhood};
 use crate::tensor::{PAIRS, Stiffness, mandel_weight};
 use crate::{Error, Result};
 
@@ -84,8 +88,8 @@ pub struct HalfBonds<T: Real> {
     pub per_square: Aligned<T>,
     /// |ξ| (m).
     pub length: Aligned<T>,
-    /// Ranges of bonds whose directions have the same components that are not zero; bit a of the pattern for component a.
-    pub patterns: Vec<(u8, std::ops::Range<usize>)>,
+    /// Bonds that are taken together.
+    pub groups: Vec<Group>,
     /// Distinct offsets along the second and third axis, and which of them each bond has.
     pub rows: Vec<[i32; 2]>,
     /// See `rows`.
@@ -94,6 +98,44 @@ pub struct HalfBonds<T: Real> {
     pub bonds: usize,
     /// Reach along each axis.
     pub reach: [usize; 3],
+}
+
+/// Half bonds that kernels take together, for all rows of a strip, before the next: their neighbours at a few positions of
+/// rows fit into the first cache, and going from one row to the next needs few others.
+#[derive(Debug)]
+pub struct Group {
+    /// The bonds.
+    pub bonds: Range<usize>,
+    /// Those whose directions have the same components that are not zero; bit a of the pattern for component a.
+    pub patterns: Vec<(u8, Range<usize>)>,
+}
+
+/// Bytes of a core's first cache that the neighbours of a group may take, and those of a vector.
+const CACHE: usize = 22 << 10;
+const VECTOR: usize = 64;
+
+/// The group of each plane of neighbours, by distance along the third axis: the planes with most neighbours first, each in
+/// the first group that has room.
+fn group_of_planes(bonds: &[Bond], reach: usize) -> Vec<usize> {
+    let size = |z: usize| {
+        let here = |y: i32| bonds.iter().filter(move |b| b.offset[2].unsigned_abs() as usize == z && b.offset[1] == y);
+        let rows = bonds.iter().map(|b| b.offset[1]).collect::<BTreeSet<_>>();
+        let along = |y| here(y).map(|b| TOGETHER + 2 * b.offset[0].unsigned_abs() as usize).max().unwrap_or(0);
+        // The neighbours' opposites are as many; of bonds in the plane no third component is read.
+        (if z == 0 { 4 } else { 6 }) * rows.into_iter().map(along).sum::<usize>() * VECTOR
+    };
+    let sizes: Vec<usize> = (0..=reach).map(size).collect();
+    let mut planes: Vec<usize> = (0..=reach).collect();
+    planes.sort_by_key(|&z| std::cmp::Reverse(sizes[z]));
+    let (mut group, mut filled) = (vec![0; reach + 1], Vec::<usize>::new());
+    for z in planes {
+        group[z] = filled.iter().position(|f| f + sizes[z] <= CACHE).unwrap_or(filled.len());
+        match filled.get_mut(group[z]) {
+            Some(filled) => *filled += sizes[z],
+            None => filled.push(sizes[z]),
+        }
+    }
+    group
 }
 
 /// Widest vector.
@@ -118,14 +160,20 @@ impl<T: Real> HalfBonds<T> {
         let pattern = |b: usize| {
             (0..3).fold(0, |pattern, a| pattern | u8::from(bonds[b].xi[a].abs() > 1e-14 * bonds[b].xi.norm()) << a)
         };
+        let reach = [0, 1, 2].map(|a| bonds.iter().map(|b| b.offset[a].unsigned_abs() as usize).max().unwrap_or(0));
+        let planes = group_of_planes(&bonds[bonds.len() / 2..], reach[2]);
+        let group = |b: usize| planes[bonds[b].offset[2].unsigned_abs() as usize];
         let mut full: Vec<usize> = (bonds.len() / 2..bonds.len()).collect();
-        full.sort_by_key(|&b| (pattern(b), b));
-        let mut patterns: Vec<(u8, std::ops::Range<usize>)> = Vec::new();
-        for (p, &b) in full.iter().enumerate() {
-            match patterns.last_mut() {
-                Some((last, range)) if *last == pattern(b) => range.end = p + 1,
-                _ => patterns.push((pattern(b), p..p + 1)),
+        full.sort_by_key(|&b| (group(b), pattern(b), b));
+        let mut groups: Vec<Group> = Vec::new();
+        for part in full.chunk_by(|&a, &b| group(a) == group(b)) {
+            let begin = groups.last().map_or(0, |g| g.bonds.end);
+            let mut patterns: Vec<(u8, Range<usize>)> = Vec::new();
+            for same in part.chunk_by(|&a, &b| pattern(a) == pattern(b)) {
+                let begin = patterns.last().map_or(begin, |(_, range)| range.end);
+                patterns.push((pattern(same[0]), begin..begin + same.len()));
             }
+            groups.push(Group { bonds: begin..begin + part.len(), patterns });
         }
         let row = |b: usize| [bonds[b].offset[1], bonds[b].offset[2]];
         let mut rows: Vec<[i32; 2]> = full.iter().map(|&b| row(b)).collect();
@@ -146,11 +194,11 @@ impl<T: Real> HalfBonds<T> {
             branch: [0, 1, 2].map(|a| padded(&|xi| xi[a])),
             per_square: padded(&|xi| 1.0 / xi.norm_squared()),
             length: padded(&|xi| xi.norm()),
-            patterns,
+            groups,
             rows,
             row_of,
             bonds: bonds.len(),
-            reach: [0, 1, 2].map(|a| bonds.iter().map(|b| b.offset[a].unsigned_abs() as usize).max().unwrap_or(0)),
+            reach,
             full,
         }
     }

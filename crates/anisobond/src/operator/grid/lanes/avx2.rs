@@ -23,15 +23,14 @@ impl Register for f32 {
 }
 
 macro_rules! avx2 {
-    ($real:ty, $word:ty, $n:literal, $mask:ty, $integer:ty, $set:ident, $load:ident, $store:ident, $add:ident, $sub:ident,
-     $mul:ident, $div:ident, $sqrt:ident, $fmadd:ident, $fnmadd:ident, $cmp:ident, $and:ident, $andnot:ident, $movemask:ident,
+    ($real:ty, $n:literal, $mask:ty, $integer:ty, $set:ident, $load:ident, $store:ident, $add:ident, $sub:ident,
+     $mul:ident, $div:ident, $sqrt:ident, $fmadd:ident, $fnmadd:ident, $cmp:ident, $and:ident, $andnot:ident, $or:ident, $movemask:ident,
      $seti:ident, $equal:ident, $cast:ident, $lanes:expr) => {
         // SAFETY of all functions: the caller has AVX2 and FMA and aligned valid pointers, by the trait's contract; that
         // is all the intrinsics need.
         impl Lanes for Avx2<$real> {
             type T = $real;
             type Mask = $mask;
-            type Words = __m256i;
             const N: usize = $n;
 
             #[inline(always)]
@@ -94,24 +93,12 @@ macro_rules! avx2 {
                 Avx2(unsafe { $and(mask, self.0) })
             }
             #[inline(always)]
-            unsafe fn words(from: *const $word) -> Self::Words {
-                unsafe { _mm256_load_si256(from.cast()) }
-            }
-            #[inline(always)]
-            unsafe fn splat_word(word: $word) -> Self::Words {
-                unsafe { $seti(word as $integer) }
-            }
-            #[inline(always)]
-            unsafe fn common(a: Self::Words, b: Self::Words) -> Self::Mask {
-                // Not equal to zero, as the complement of equal.
-                unsafe {
-                    let none = $equal(_mm256_and_si256(a, b), _mm256_setzero_si256());
-                    $cast(_mm256_xor_si256(none, _mm256_set1_epi8(-1)))
-                }
-            }
-            #[inline(always)]
             unsafe fn both(a: Self::Mask, b: Self::Mask) -> Self::Mask {
                 unsafe { $and(a, b) }
+            }
+            #[inline(always)]
+            unsafe fn either(a: Self::Mask, b: Self::Mask) -> Self::Mask {
+                unsafe { $or(a, b) }
             }
             #[inline(always)]
             unsafe fn but_not(a: Self::Mask, b: Self::Mask) -> Self::Mask {
@@ -123,7 +110,11 @@ macro_rules! avx2 {
             }
             #[inline(always)]
             unsafe fn mask(bits: u32) -> Self::Mask {
-                unsafe { Self::common($seti(bits as $integer), $lanes) }
+                // Not equal to zero, as the complement of equal.
+                unsafe {
+                    let none = $equal(_mm256_and_si256($seti(bits as $integer), $lanes), _mm256_setzero_si256());
+                    $cast(_mm256_xor_si256(none, _mm256_set1_epi8(-1)))
+                }
             }
         }
     };
@@ -131,7 +122,6 @@ macro_rules! avx2 {
 
 avx2!(
     f64,
-    u64,
     4,
     __m256d,
     i64,
@@ -148,6 +138,7 @@ avx2!(
     _mm256_cmp_pd,
     _mm256_and_pd,
     _mm256_andnot_pd,
+    _mm256_or_pd,
     _mm256_movemask_pd,
     _mm256_set1_epi64x,
     _mm256_cmpeq_epi64,
@@ -157,7 +148,6 @@ avx2!(
 
 avx2!(
     f32,
-    u32,
     8,
     __m256,
     i32,
@@ -174,6 +164,7 @@ avx2!(
     _mm256_cmp_ps,
     _mm256_and_ps,
     _mm256_andnot_ps,
+    _mm256_or_ps,
     _mm256_movemask_ps,
     _mm256_set1_epi32,
     _mm256_cmpeq_epi32,

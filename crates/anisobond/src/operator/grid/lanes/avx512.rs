@@ -22,16 +22,78 @@ impl Register for f32 {
     type Register = __m512;
 }
 
+/// Parts of 128 bits of four registers, transposed.
+///
+/// # Safety
+/// The machine has AVX-512 F, as for the two that follow.
+#[inline(always)]
+unsafe fn transposed_parts([a, b, c, d]: [__m512d; 4]) -> [__m512d; 4] {
+    // SAFETY: the caller's contract.
+    unsafe {
+        let (ab, cd) = (_mm512_shuffle_f64x2::<0x44>(a, b), _mm512_shuffle_f64x2::<0x44>(c, d));
+        let (ab_high, cd_high) = (_mm512_shuffle_f64x2::<0xee>(a, b), _mm512_shuffle_f64x2::<0xee>(c, d));
+        [
+            _mm512_shuffle_f64x2::<0x88>(ab, cd),
+            _mm512_shuffle_f64x2::<0xdd>(ab, cd),
+            _mm512_shuffle_f64x2::<0x88>(ab_high, cd_high),
+            _mm512_shuffle_f64x2::<0xdd>(ab_high, cd_high),
+        ]
+    }
+}
+
+/// Eight registers of eight numbers, transposed.
+#[inline(always)]
+unsafe fn transposed_pd(rows: [__m512d; 8]) -> [__m512d; 8] {
+    // SAFETY: the caller's contract.
+    unsafe {
+        let (mut even, mut odd) = ([rows[0]; 4], [rows[0]; 4]);
+        for a in 0..4 {
+            even[a] = _mm512_unpacklo_pd(rows[2 * a], rows[2 * a + 1]);
+            odd[a] = _mm512_unpackhi_pd(rows[2 * a], rows[2 * a + 1]);
+        }
+        let ([a, c, e, g], [b, d, f, h]) = (transposed_parts(even), transposed_parts(odd));
+        [a, b, c, d, e, f, g, h]
+    }
+}
+
+/// Sixteen registers of sixteen numbers, transposed.
+#[inline(always)]
+unsafe fn transposed_ps(rows: [__m512; 16]) -> [__m512; 16] {
+    // SAFETY: the caller's contract.
+    unsafe {
+        // Column c modulo 4 of rows 4a … 4a + 3, in each part.
+        let mut of_column = [[_mm512_setzero_pd(); 4]; 4];
+        for a in 0..4 {
+            let mut pairs = [_mm512_setzero_pd(); 4];
+            for b in 0..2 {
+                let (row, next) = (rows[4 * a + 2 * b], rows[4 * a + 2 * b + 1]);
+                pairs[b] = _mm512_castps_pd(_mm512_unpacklo_ps(row, next));
+                pairs[b + 2] = _mm512_castps_pd(_mm512_unpackhi_ps(row, next));
+            }
+            for half in 0..2 {
+                of_column[2 * half][a] = _mm512_unpacklo_pd(pairs[2 * half], pairs[2 * half + 1]);
+                of_column[2 * half + 1][a] = _mm512_unpackhi_pd(pairs[2 * half], pairs[2 * half + 1]);
+            }
+        }
+        let mut out = rows;
+        for c in 0..4 {
+            let parts = transposed_parts(of_column[c]);
+            for part in 0..4 {
+                out[4 * part + c] = _mm512_castpd_ps(parts[part]);
+            }
+        }
+        out
+    }
+}
+
 macro_rules! avx512 {
-    ($real:ty, $word:ty, $n:literal, $mask:ty, $integer:ty, $set:ident, $load:ident, $store:ident, $add:ident, $sub:ident,
-     $mul:ident, $div:ident, $sqrt:ident, $fmadd:ident, $fnmadd:ident, $cmp:ident, $mov:ident, $loadi:ident, $seti:ident,
-     $test:ident, $maskz_sub:ident, $maskz_mul:ident, $rsqrt:ident, $series:expr) => {
+    ($real:ty, $n:literal, $mask:ty, $set:ident, $load:ident, $store:ident, $add:ident, $sub:ident,
+     $mul:ident, $div:ident, $sqrt:ident, $fmadd:ident, $fnmadd:ident, $cmp:ident, $mov:ident, $maskz_sub:ident, $maskz_mul:ident, $rsqrt:ident, $series:expr, $transposed:ident, $storeu:ident) => {
         // SAFETY of all functions: the caller has AVX-512 F, DQ, BW and VL and aligned valid pointers, by the trait's
         // contract; that is all the intrinsics need.
         impl Lanes for Avx512<$real> {
             type T = $real;
             type Mask = $mask;
-            type Words = __m512i;
             const N: usize = $n;
 
             #[inline(always)]
@@ -42,6 +104,29 @@ macro_rules! avx512 {
                     unsafe { kernel.run() }
                 }
                 unsafe { alone(kernel) }
+            }
+            #[inline(always)]
+            unsafe fn natural_order(block: &[$real], natural: &mut [$real]) {
+                let length = block.len() / $n;
+                for j in (0..length).step_by($n) {
+                    // Vectors beyond the block are not read; what stands for them is not written.
+                    let mut vectors = [unsafe { $set(0.0) }; $n];
+                    for (vector, from) in vectors.iter_mut().zip(block[j * $n..].chunks_exact($n)) {
+                        *vector = unsafe { $load(from.as_ptr()) };
+                    }
+                    let lanes = unsafe { $transposed(vectors) };
+                    let count = $n.min(length - j);
+                    for (lane, vector) in lanes.into_iter().enumerate() {
+                        let Some(to) = natural.get_mut(lane * length + j..) else { break };
+                        if to.len() >= $n && count == $n {
+                            unsafe { $storeu(to.as_mut_ptr(), vector) };
+                        } else {
+                            let mut part = [0.0; $n];
+                            unsafe { $storeu(part.as_mut_ptr(), vector) };
+                            to.iter_mut().zip(&part[..count]).for_each(|(to, &from)| *to = from);
+                        }
+                    }
+                }
             }
             #[inline(always)]
             unsafe fn splat(x: $real) -> Self {
@@ -131,20 +216,12 @@ macro_rules! avx512 {
                 Avx512(unsafe { $mov(mask, self.0) })
             }
             #[inline(always)]
-            unsafe fn words(from: *const $word) -> Self::Words {
-                unsafe { $loadi(from.cast()) }
-            }
-            #[inline(always)]
-            unsafe fn splat_word(word: $word) -> Self::Words {
-                unsafe { $seti(word as $integer) }
-            }
-            #[inline(always)]
-            unsafe fn common(a: Self::Words, b: Self::Words) -> Self::Mask {
-                unsafe { $test(a, b) }
-            }
-            #[inline(always)]
             unsafe fn both(a: Self::Mask, b: Self::Mask) -> Self::Mask {
                 a & b
+            }
+            #[inline(always)]
+            unsafe fn either(a: Self::Mask, b: Self::Mask) -> Self::Mask {
+                a | b
             }
             #[inline(always)]
             unsafe fn but_not(a: Self::Mask, b: Self::Mask) -> Self::Mask {
@@ -164,10 +241,8 @@ macro_rules! avx512 {
 
 avx512!(
     f64,
-    u64,
     8,
     __mmask8,
-    i64,
     _mm512_set1_pd,
     _mm512_load_pd,
     _mm512_store_pd,
@@ -180,21 +255,18 @@ avx512!(
     _mm512_fnmadd_pd,
     _mm512_cmp_pd_mask,
     _mm512_maskz_mov_pd,
-    _mm512_load_si512,
-    _mm512_set1_epi64,
-    _mm512_test_epi64_mask,
     _mm512_maskz_sub_pd,
     _mm512_maskz_mul_pd,
     _mm512_rsqrt14_pd,
-    [5.0 / 16.0, 3.0 / 8.0, 0.5]
+    [5.0 / 16.0, 3.0 / 8.0, 0.5],
+    transposed_pd,
+    _mm512_storeu_pd
 );
 
 avx512!(
     f32,
-    u32,
     16,
     __mmask16,
-    i32,
     _mm512_set1_ps,
     _mm512_load_ps,
     _mm512_store_ps,
@@ -207,11 +279,10 @@ avx512!(
     _mm512_fnmadd_ps,
     _mm512_cmp_ps_mask,
     _mm512_maskz_mov_ps,
-    _mm512_load_si512,
-    _mm512_set1_epi32,
-    _mm512_test_epi32_mask,
     _mm512_maskz_sub_ps,
     _mm512_maskz_mul_ps,
     _mm512_rsqrt14_ps,
-    [3.0 / 8.0, 0.5]
+    [3.0 / 8.0, 0.5],
+    transposed_ps,
+    _mm512_storeu_ps
 );

@@ -86,8 +86,6 @@ pub trait Lanes: Copy {
     type T: Real;
     /// One truth value per lane.
     type Mask: Copy;
-    /// One word of bond bits per lane.
-    type Words: Copy;
     /// Number of lanes.
     const N: usize;
 
@@ -134,18 +132,25 @@ pub trait Lanes: Copy {
         // SAFETY: the caller's contract.
         unsafe { self.mul(b).keep(mask) }
     }
+    /// Numbers of a block of whole vectors in natural order: lane l of vector j of L to place l·L + j, as far as there are
+    /// places.
+    #[inline(always)]
+    unsafe fn natural_order(block: &[Self::T], natural: &mut [Self::T]) {
+        let length = block.len() / Self::N;
+        for (lane, part) in natural.chunks_mut(length).enumerate() {
+            for (to, vector) in part.iter_mut().zip(block.chunks_exact(Self::N)) {
+                *to = vector[lane];
+            }
+        }
+    }
     /// Run a kernel as a function of its own, compiled for the instruction set.
     unsafe fn run(kernel: impl Kernel);
     /// self where the mask is set, else 0.
     unsafe fn keep(self, mask: Self::Mask) -> Self;
-    /// Aligned load of words.
-    unsafe fn words(from: *const <Self::T as Real>::Word) -> Self::Words;
-    /// The same word in all lanes.
-    unsafe fn splat_word(word: <Self::T as Real>::Word) -> Self::Words;
-    /// Lanes in which the words have a bit in common.
-    unsafe fn common(a: Self::Words, b: Self::Words) -> Self::Mask;
     /// a and b.
     unsafe fn both(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    /// a or b.
+    unsafe fn either(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     /// a and not b.
     unsafe fn but_not(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     /// The mask as bits, lane 0 lowest.

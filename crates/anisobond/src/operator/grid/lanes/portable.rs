@@ -1,7 +1,6 @@
 //! Arrays, which every compiler turns into the vectors it knows.
 
 use super::{Kernel, Lanes};
-use crate::operator::grid::real::Real;
 
 /// N numbers; no fused multiply-add, because without an instruction for it that is a slow function call.
 #[derive(Clone, Copy)]
@@ -14,7 +13,6 @@ macro_rules! portable {
         impl Lanes for Portable<$real, $n> {
             type T = $real;
             type Mask = [bool; $n];
-            type Words = [<$real as Real>::Word; $n];
             const N: usize = $n;
 
             #[inline(always)]
@@ -78,21 +76,12 @@ macro_rules! portable {
                 Portable(std::array::from_fn(|l| if mask[l] { self.0[l] } else { 0.0 }))
             }
             #[inline(always)]
-            unsafe fn words(from: *const <$real as Real>::Word) -> Self::Words {
-                // SAFETY: valid for N words by the trait's contract.
-                unsafe { from.cast::<Self::Words>().read() }
-            }
-            #[inline(always)]
-            unsafe fn splat_word(word: <$real as Real>::Word) -> Self::Words {
-                [word; $n]
-            }
-            #[inline(always)]
-            unsafe fn common(a: Self::Words, b: Self::Words) -> Self::Mask {
-                std::array::from_fn(|l| a[l] & b[l] != 0)
-            }
-            #[inline(always)]
             unsafe fn both(a: Self::Mask, b: Self::Mask) -> Self::Mask {
                 std::array::from_fn(|l| a[l] & b[l])
+            }
+            #[inline(always)]
+            unsafe fn either(a: Self::Mask, b: Self::Mask) -> Self::Mask {
+                std::array::from_fn(|l| a[l] | b[l])
             }
             #[inline(always)]
             unsafe fn but_not(a: Self::Mask, b: Self::Mask) -> Self::Mask {
