@@ -6,6 +6,7 @@ mod corrected;
 pub mod element_test;
 mod grid_study;
 mod lattice_study;
+pub mod particles;
 pub mod prakash;
 mod problem;
 mod simulation;

@@ -10,7 +10,7 @@ mod build;
 mod failing;
 mod hybrid;
 mod kernels;
-mod lanes;
+pub(super) mod lanes;
 mod law;
 mod layout;
 mod linear_operator;
