@@ -8,6 +8,7 @@ pub mod element_test;
 mod grid_study;
 mod lattice_study;
 mod packing_simulation;
+pub mod particles;
 pub mod prakash;
 mod problem;
 mod simulation;

@@ -8,6 +8,7 @@ mod hybrid_naive;
 mod morton;
 pub mod naive;
 mod nodal_term;
+pub mod particles;
 mod vector_field;
 
 pub use bond_list::{BondList, Field, Measured, Network, NodeField, StiffBond};

@@ -3,6 +3,7 @@
 mod conjugate_gradients;
 pub mod grid;
 mod motion;
+pub mod particles;
 mod preconditioner;
 
 pub use conjugate_gradients::{SolverReport, Stopping, conjugate_gradients};

@@ -29,7 +29,8 @@ impl Kick {
         self.factors().1 * per_mass * force
     }
 
-    fn factors(&self) -> (f64, f64) {
+    /// (keep, push): v₊ = keep v₋ + push f/m.
+    pub(super) fn factors(&self) -> (f64, f64) {
         let half = 0.5 * self.damping * self.step;
         ((1.0 - half) / (1.0 + half), self.step / (1.0 + half))
     }

@@ -36,6 +36,24 @@ impl BlockJacobi {
         BlockJacobi { blocks, indefinite }
     }
 
+    /// With components that are held (`true`; displacement, then rotation) node by node in the list's order: their rows
+    /// are zero, so that conjugate gradients never move them.
+    pub fn with_held(list: &BondList, held: &[[bool; 6]]) -> Self {
+        let mut indefinite = false;
+        let blocks = list
+            .diagonal_blocks()
+            .iter()
+            .zip(held)
+            .map(|(block, held)| {
+                let kept = |i: usize, j: usize| !held[i] && !held[j];
+                let free = Matrix6::from_fn(|i, j| if kept(i, j) { block[(i, j)] } else { f64::from(i == j) });
+                let m = inverse(&free, &mut indefinite);
+                std::array::from_fn(|i| std::array::from_fn(|j| if kept(i, j) { m[(i, j)] } else { 0.0 }))
+            })
+            .collect();
+        BlockJacobi { blocks, indefinite }
+    }
+
     /// Whether some node alone can move so that the energy falls: K is then not positive semidefinite.
     pub fn indefinite(&self) -> bool {
         self.indefinite

@@ -58,7 +58,6 @@ impl CavityBody {
         }
     }
 
-
     /// The same body, what its conditions hold by displacements being held where the closed form has it: then a box of
     /// some radii acts like an infinite body.
     pub fn embedded(mut self, cavity: &Cavity) -> Self {

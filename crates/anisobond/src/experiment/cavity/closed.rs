@@ -153,7 +153,8 @@ pub(super) mod tests {
             let wall = cavity.wall();
             for k in 0..24 {
                 let angle = f64::from(k) * 0.27;
-                let across: Vector3<f64> = cavity.frame.row(0).transpose() * angle.cos() + cavity.frame.row(1).transpose() * angle.sin();
+                let across: Vector3<f64> =
+                    cavity.frame.row(0).transpose() * angle.cos() + cavity.frame.row(1).transpose() * angle.sin();
                 let u = cavity.displacement(&(across * 0.7));
                 assert!((u - wall.at(&across)).norm() < 1e-10 * u.norm(), "{axis:?} {k}");
             }

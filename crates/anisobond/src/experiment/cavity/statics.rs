@@ -58,7 +58,10 @@ pub fn statics(body: CavityBody, cavity: &Cavity, directions: [Vector3<f64>; 2])
     let moved: Vec<Vector3<f64>> = shell.iter().map(|(n, _)| u[*n as usize]).collect();
     let exact: Vec<Vector3<f64>> = places.iter().map(|x| cavity.displacement(x)).collect();
     let (Some(of_body), Some(of_closed)) = (cavity.fitted(&places, &moved), cavity.fitted(&places, &exact)) else {
-        return Err(Error::input("there are no nodes around the hole", "give a body with a hole of the cavity's radius"));
+        return Err(Error::input(
+            "there are no nodes around the hole",
+            "give a body with a hole of the cavity's radius",
+        ));
     };
     let closed = cavity.wall();
     let wall = WallMotion { matrix: closed.matrix + of_body.matrix - of_closed.matrix };

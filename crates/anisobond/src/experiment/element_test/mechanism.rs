@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::lattice::parts;
 use crate::operator::Network;
 use crate::{Error, Result};
 
@@ -29,13 +30,10 @@ impl Mechanism {
     /// Floaters, parts and the count of constraints; `loose` and `spinning` need a solve.
     pub(super) fn of_graph(network: &Network, rotations_free: bool) -> Self {
         let mut degree = vec![0usize; network.nodes.len()];
-        let mut parent: Vec<u32> = (0..network.nodes.len() as u32).collect();
         let mut constraints = 0;
         for bond in &network.bonds {
             degree[bond.a as usize] += 1;
             degree[bond.b as usize] += 1;
-            let (a, b) = (root(&mut parent, bond.a), root(&mut parent, bond.b));
-            parent[a.max(b) as usize] = a.min(b);
             constraints += usize::from(bond.normal > 0.0) + 2 * usize::from(bond.tangential > 0.0);
         }
         if let Some(term) = &network.nodal {
@@ -43,14 +41,14 @@ impl Mechanism {
             constraints += 6 * term.volumes.iter().filter(|v| **v > 0.0).count();
         }
         let floaters: Vec<usize> = (0..degree.len()).filter(|&i| degree[i] == 0 && degree.len() > 1).collect();
-        let mut size = vec![0usize; parent.len()];
-        let roots: Vec<usize> = (0..parent.len() as u32).map(|i| root(&mut parent, i) as usize).collect();
+        let roots = parts(degree.len(), network.bonds.iter().map(|b| (b.a, b.b)));
+        let mut size = vec![0usize; degree.len()];
         for (i, &r) in roots.iter().enumerate() {
-            size[r] += usize::from(degree[i] > 0);
+            size[r as usize] += usize::from(degree[i] > 0);
         }
         let parts = size.iter().filter(|s| **s > 0).count();
         let largest = (0..size.len()).max_by_key(|&r| (size[r], std::cmp::Reverse(r))).unwrap_or(0);
-        let apart = (0..roots.len()).filter(|&i| degree[i] > 0 && roots[i] != largest).collect();
+        let apart = (0..roots.len()).filter(|&i| degree[i] > 0 && roots[i] as usize != largest).collect();
         let sheared = network.bonds.iter().any(|b| b.tangential > 0.0);
         let per_node = if rotations_free && sheared { 6 } else { 3 };
         let unknowns = (per_node * (degree.len() - floaters.len())).saturating_sub(3);
@@ -104,15 +102,6 @@ impl Mechanism {
             "give a larger contact radius, remove these nodes, or ask for mechanisms to be reported only",
         ))
     }
-}
-
-/// The root of a node's part, shortening the path to it.
-fn root(parent: &mut [u32], mut i: u32) -> u32 {
-    while parent[i as usize] != i {
-        parent[i as usize] = parent[parent[i as usize] as usize];
-        i = parent[i as usize];
-    }
-    i
 }
 
 fn counted(n: usize) -> String {

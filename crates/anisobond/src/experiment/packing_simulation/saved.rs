@@ -40,7 +40,8 @@ impl PackingSimulation {
             }
             Stage::Equilibrium { external, .. } => {
                 let flat = |field: &[Vector3<f64>]| field.iter().flat_map(|v| [v.x, v.y, v.z]).collect();
-                let [forces, moments] = [0, 1].map(|k| external.force.iter().flat_map(|f| [f[k].x, f[k].y, f[k].z]));
+                let [forces, moments] =
+                    [0, 1].map(|k| external.force.iter().flat_map(move |f| [f[k].x, f[k].y, f[k].z]));
                 numbers.push(("external_force".into(), forces.collect()));
                 numbers.push(("external_moment".into(), moments.collect()));
                 numbers.push(("settled_displacement".into(), flat(&external.displacement)));

@@ -82,8 +82,7 @@ fn filled(case: &CaseFile) -> Result<Filled> {
     let (spot, shape) = case.body_statement()?;
     let inside = solid::inside(shape, &grid);
     if !inside.contains(&true) {
-        return Err(spot
-            .wrong("the body holds no node", "use a smaller spacing, or check its solids and units"));
+        return Err(spot.wrong("the body holds no node", "use a smaller spacing, or check its solids and units"));
     }
     let mut body = Body { region: inside.into_iter().map(u16::from).collect(), grid };
     let owners = owners(&case.regions, &body)?;

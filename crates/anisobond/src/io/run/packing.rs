@@ -8,9 +8,7 @@ use nalgebra::Vector3;
 use super::frames::{label, labelled, size};
 use super::subject::{FrameWork, LastFile, Subject, time_text};
 use super::summary::RunSummary;
-use crate::experiment::{
-    CellState, Ledger, OutputPlan, PackingSimulation, Probe, SavedState, Slice,
-};
+use crate::experiment::{CellState, Ledger, OutputPlan, PackingSimulation, Probe, SavedState, Slice};
 use crate::io::picture::{self, Disc, Scalar, SliceImage, Style, Window};
 use crate::io::results::{ImageArray, point_data};
 use crate::{Error, Result};
@@ -220,4 +218,3 @@ fn curve(simulation: &PackingSimulation, folder: &Path, axis: usize) -> Result<V
     let png = picture::Chart::new(title, subtitle, vec![panel])?.picture().png(WIDTH)?;
     Ok(vec![("stress-strain.png", png)])
 }
-

@@ -1,5 +1,6 @@
 //! Solids: what is inside, how far their surface is, and how they fill a grid.
 
+mod exposed;
 mod fill;
 mod grains;
 mod mesh;
@@ -9,6 +10,7 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
+pub use exposed::exposed_spheres;
 pub use fill::{MOST_BODY_NODES, grid_around, inside};
 pub use grains::{Grains, grains, random_rotations};
 pub use mesh::Mesh;

@@ -5,9 +5,7 @@ use nalgebra::Vector3;
 use super::{PackingStatement, Source};
 use crate::calibration::Model;
 use crate::experiment::element_test::ElementTest;
-use crate::experiment::{
-    Correction, CorrectionChoice, LatticePlan, LatticeStudy, PackingEvidence, anisotropy_axis,
-};
+use crate::experiment::{Correction, CorrectionChoice, LatticePlan, LatticeStudy, PackingEvidence, anisotropy_axis};
 use crate::io::case::{CaseFile, Spot};
 use crate::io::packing::read_packing;
 use crate::lattice::generate::{Outcome, random};
@@ -133,7 +131,10 @@ impl Frame {
             } else if p.periodic[a] && (extent / tiled - 1.0).abs() > FITS {
                 return Err(spot.wrong(
                     format!("the body is {extent} m long along {axis}, the periodic packing {tiled} m"),
-                    format!("leave the body endless along {axis}, or make it a whole number of cells of {} m", edges[a]),
+                    format!(
+                        "leave the body endless along {axis}, or make it a whole number of cells of {} m",
+                        edges[a]
+                    ),
                 ));
             } else if extent > tiled * (1.0 + FITS) {
                 let place = p.repeat.as_ref().map_or(&p.spot, |r| &r.0);
@@ -211,9 +212,18 @@ fn cut(study: &LatticeStudy, frame: &Frame, p: &PackingStatement) -> Result<Sphe
     };
     let cell = p.periodic.contains(&true).then(|| Vector3::new(size(0), size(1), size(2)));
     // Room below, too, for a cell wraps what is under its corner.
-    let lift = |axis: usize| if cell.is_none() || p.periodic[axis] { 0.0 } else { 0.5 * (size(axis) - frame.repeat[axis] as f64 * edges[axis]) };
+    let lift = |axis: usize| {
+        if cell.is_none() || p.periodic[axis] {
+            0.0
+        } else {
+            0.5 * (size(axis) - frame.repeat[axis] as f64 * edges[axis])
+        }
+    };
     let lift = Vector3::new(lift(0), lift(1), lift(2));
-    let measured = study.correction.as_ref().map(|(_, report)| Stiffness::from_voigt(&nalgebra::Matrix6::from_fn(|i, j| report.measured[i][j])));
+    let measured = study
+        .correction
+        .as_ref()
+        .map(|(_, report)| Stiffness::from_voigt(&nalgebra::Matrix6::from_fn(|i, j| report.measured[i][j])));
     Ok(Spheres {
         packing: Packing::new(cell, centres.into_iter().map(|x| x + lift).collect(), radii)?,
         bonds,

@@ -90,7 +90,9 @@ pub(super) fn statement<'n>(root: &Section<'n>, shapes: &Shapes<'n>) -> Result<O
     let Some(value) = root.get("packing") else {
         for key in ["strength", "contact", "servo"] {
             if let Some(v) = root.get(key) {
-                return Err(v.wrong(format!("{key} is of packings, but the case has none"), "add [packing], or drop it"));
+                return Err(
+                    v.wrong(format!("{key} is of packings, but the case has none"), "add [packing], or drop it")
+                );
             }
         }
         return Ok(None);
@@ -103,7 +105,9 @@ pub(super) fn statement<'n>(root: &Section<'n>, shapes: &Shapes<'n>) -> Result<O
     if let Some(v) = table.get("periodic") {
         let axes = v.items("periodic = [\"y\"]")?.iter().map(|item| item.choice(&AXES)).collect::<Result<Vec<_>>>()?;
         if periodic == [true; 3] && axes.len() < 3 {
-            return Err(v.wrong("without a body the packing is periodic along all axes", "add [body], or drop periodic"));
+            return Err(
+                v.wrong("without a body the packing is periodic along all axes", "add [body], or drop periodic")
+            );
         }
         axes.into_iter().for_each(|axis| periodic[axis] = true);
     }
@@ -155,7 +159,9 @@ fn source(table: &Section, shapes: &Shapes, contact_radius: f64) -> Result<(Spot
     let extent = match table.only(&["number", "cell"])? {
         Some(("number", v)) => Extent::Number(v.whole(1)?),
         Some((_, v)) => Extent::Cell(v.vector(Dimension::Length)?.into()),
-        None => return Err(table.spot().wrong("the packing has no size", "add number = 1000, or cell = \"1, 1, 1 m\"")),
+        None => {
+            return Err(table.spot().wrong("the packing has no size", "add number = 1000, or cell = \"1, 1, 1 m\""));
+        }
     };
     let target = match table.only(&["porosity", "coordination"])? {
         Some(("coordination", v)) => Target::Coordination(v.positive()?),
@@ -219,7 +225,8 @@ fn servo(value: Value, root: &Section) -> Result<ServoPlan> {
     keys.extend(["fastest", "gain"]);
     let table = value.section(&keys)?;
     let duration = root.get("motion").map(|v| v.table(&["duration"])).transpose()?;
-    let duration = duration.and_then(|m| m.get("duration")).map(|v| v.positive_quantity(Dimension::Time)).transpose()?;
+    let duration =
+        duration.and_then(|m| m.get("duration")).map(|v| v.positive_quantity(Dimension::Time)).transpose()?;
     let mut drives = [CellDrive::Rate(0.0); 6];
     for (drive, key) in drives.iter_mut().zip(COMPONENTS) {
         if let Some(v) = table.get(key) {
@@ -247,7 +254,8 @@ fn cell_drive(value: Value, duration: Option<f64>) -> Result<CellDrive> {
         Some(("strain_rate", v)) => Some(v.quantity(Dimension::Rate)?),
         Some((_, v)) => {
             let span = duration.map(|d| d - after.unwrap_or(0.0)).filter(|d| *d > 0.0);
-            let span = span.ok_or_else(|| v.wrong("a strain needs time to be reached", "give motion.duration after it"))?;
+            let span =
+                span.ok_or_else(|| v.wrong("a strain needs time to be reached", "give motion.duration after it"))?;
             Some(v.number()? / span)
         }
     };

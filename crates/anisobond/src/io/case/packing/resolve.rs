@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::body::{Spheres, spheres};
 use super::select::{select, surface};
 use super::{ContactStatement, PackingStatement};
+use crate::Result;
 use crate::calibration::Model;
 use crate::experiment::{Condition, History, PackingProblem, Probe, Schedule};
 use crate::io::case::loads::{ConditionStatement, Load, Where};
@@ -14,7 +15,6 @@ use crate::io::case::schedule::Target;
 use crate::io::case::{CaseFile, Spot};
 use crate::lattice::solid::Patch;
 use crate::operator::particles::{ContactLaw, ParticleModel, Strength};
-use crate::Result;
 
 /// k_t/k_n of contacts unless the case says otherwise.
 const USUAL_RATIO: f64 = 0.5;
@@ -70,7 +70,9 @@ fn matter(case: &CaseFile, p: &PackingStatement) -> Result<Matter> {
     match &case.regions[..] {
         [one] if one.solid.is_none() => match &one.filling {
             Filling::One(matter) => {
-                if let (Some(_), Some(spot)) = (&matter.fracture, case.fracture.as_ref().filter(|_| p.strength.is_none())) {
+                if let (Some(_), Some(spot)) =
+                    (&matter.fracture, case.fracture.as_ref().filter(|_| p.strength.is_none()))
+                {
                     return Err(spot.wrong(
                         "bonds of a packing do not break by a fracture energy",
                         "add [strength] with tension and cohesion, or leave fracture out",
@@ -191,4 +193,3 @@ fn on_surface(patches: &[Patch], history: History, traction: impl Fn(&Vector3<f6
     let force = patches.iter().map(|p| traction(&p.normal) * p.area).collect();
     Condition::Force { nodes, force, history }
 }
-

@@ -84,9 +84,7 @@ pub(super) fn surface(spheres: &Spheres, on: &Where) -> Result<Vec<Patch>> {
             let radii = spheres.packing.radii();
             let squares: f64 = nodes.iter().map(|&s| radii[s as usize].powi(2)).sum();
             let share = face_area(spheres, *face) / squares;
-            let patch = |&node: &u32| {
-                Patch { node, area: share * radii[node as usize].powi(2), normal: face.normal() }
-            };
+            let patch = |&node: &u32| Patch { node, area: share * radii[node as usize].powi(2), normal: face.normal() };
             nodes.iter().map(patch).collect()
         }
         Place::Solid(shape) => patches(spheres, shape).map_err(|e| on.spot.at(e))?,

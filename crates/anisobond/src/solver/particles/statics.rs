@@ -1,0 +1,119 @@
+//! Equilibrium of linear bonds: conjugate gradients with node blocks, some components held.
+
+use nalgebra::Vector3;
+
+use super::verlet::PointLoad;
+use crate::operator::particles::ParticleModel;
+use crate::operator::{BondList, Network, NodeField};
+use crate::solver::{BlockJacobi, SolverReport, Stopping, conjugate_gradients};
+use crate::{Error, Result};
+
+/// Components of a sphere that are held at given values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Support {
+    /// The sphere.
+    pub sphere: u32,
+    /// Displacement (m), then rotation vector (radians); `None` is free.
+    pub value: [Option<f64>; 6],
+}
+
+/// Spheres at rest.
+#[derive(Clone, Debug)]
+pub struct Equilibrium {
+    /// Displacements (m), by sphere.
+    pub displacement: Vec<Vector3<f64>>,
+    /// Rotation vectors (radians), by sphere.
+    pub rotation: Vec<Vector3<f64>>,
+    /// Force (N) and moment (N·m) that supports add, by sphere; zero where nothing is held.
+    pub reaction: Vec<[Vector3<f64>; 2]>,
+    /// Energy of the bonds (J).
+    pub energy: f64,
+    /// How the solve ended.
+    pub report: SolverReport,
+}
+
+/// Displacements and rotations of a model's bonds at small displacements under loads and supports; rotations are free
+/// where nothing holds them. The model's kinematics and strengths are not looked at.
+///
+/// # Errors
+/// Spheres that do not exist; parts without enough support to rest (named); what [`BondList::new`] refuses.
+pub fn equilibrium(
+    model: &ParticleModel,
+    supports: &[Support],
+    loads: &[PointLoad],
+    stopping: &Stopping,
+) -> Result<Equilibrium> {
+    let n = model.packing.len();
+    let spheres = supports.iter().map(|s| s.sphere).chain(loads.iter().map(|l| l.sphere));
+    if let Some(missing) = spheres.into_iter().find(|&s| s as usize >= n) {
+        return Err(Error::input(
+            format!("sphere {} is held or loaded, but there are {n}", u64::from(missing) + 1),
+            "use the spheres that exist",
+        ));
+    }
+    let nodes = model.packing.centres().to_vec();
+    let list = BondList::new(&Network { nodes, bonds: model.bonds.clone(), volume: 1.0, nodal: None })?;
+    let (mut held, mut given) = (vec![[false; 6]; n], list.zeros::<1>());
+    for support in supports {
+        let place = list.place(support.sphere as usize);
+        for (i, value) in support.value.iter().enumerate() {
+            if let Some(value) = value {
+                held[place][i] = true;
+                given[place][i][0] = *value;
+            }
+        }
+    }
+    let mut b = list.zeros::<1>();
+    list.apply(&given, &mut b);
+    b.iter_mut().flatten().flatten().for_each(|b| *b = -*b);
+    for load in loads {
+        let b = &mut b[list.place(load.sphere as usize)];
+        for i in 0..3 {
+            b[i][0] += load.force[i];
+            b[3 + i][0] += load.moment[i];
+        }
+    }
+    let m = BlockJacobi::with_held(&list, &held);
+    let (mut x, report) = conjugate_gradients(&list, &m, &b, stopping);
+    if !report.converged {
+        return Err(Error::input(
+            format!(
+                "equilibrium was not reached in {} iterations (relative residual {:.1e})",
+                report.iterations, report.residual
+            ),
+            "hold every part of the body so that it cannot move freely, or allow more iterations",
+        ));
+    }
+    for (x, g) in x.iter_mut().zip(&given) {
+        (0..6).for_each(|i| x[i][0] += g[i][0]);
+    }
+    Ok(collected(&list, &x, &held, loads, report))
+}
+
+/// Fields by sphere, reactions and energy of a solution.
+fn collected(
+    list: &BondList,
+    x: &[NodeField<1>],
+    held: &[[bool; 6]],
+    loads: &[PointLoad],
+    report: SolverReport,
+) -> Equilibrium {
+    let mut gradient = list.zeros::<1>();
+    list.apply(x, &mut gradient);
+    let energy = 0.5 * x.iter().flatten().zip(gradient.iter().flatten()).map(|(x, g)| x[0] * g[0]).sum::<f64>();
+    let part = |f: &NodeField<1>, first: usize| Vector3::from_fn(|i, _| f[first + i][0]);
+    let by_sphere = |first: usize| (0..list.nodes()).map(|s| part(&x[list.place(s)], first)).collect();
+    let mut reaction: Vec<[Vector3<f64>; 2]> =
+        (0..list.nodes()).map(|s| [part(&gradient[list.place(s)], 0), part(&gradient[list.place(s)], 3)]).collect();
+    for load in loads {
+        reaction[load.sphere as usize][0] -= load.force;
+        reaction[load.sphere as usize][1] -= load.moment;
+    }
+    for (sphere, reaction) in reaction.iter_mut().enumerate() {
+        let held = &held[list.place(sphere)];
+        for i in (0..6).filter(|&i| !held[i]) {
+            reaction[i / 3][i % 3] = 0.0;
+        }
+    }
+    Equilibrium { displacement: by_sphere(0), rotation: by_sphere(3), reaction, energy, report }
+}
