@@ -25,6 +25,7 @@ use crate::calibration::Model;
 use crate::experiment::{Crack, OutputPlan, PackingProblem, Problem, Schedule, Softening};
 use crate::lattice::{Grid, Influence, Neighbourhood, Solid, solid};
 use crate::operator::Kinematics;
+use crate::tensor::Stiffness;
 use crate::{Error, Result};
 use loads::{ConditionStatement, Names, Where};
 use matter::{Matters, RegionStatement};
@@ -235,6 +236,14 @@ impl CaseFile {
     /// whatever else packings do not take; and as [`CaseFile::problem`].
     pub fn packing_problem(&self) -> Result<PackingProblem> {
         packing::problem(self).map_err(|e| e.at(&self.file))
+    }
+
+    /// The stiffness (Pa) that a static element test measures on the case's periodic packing, bonds as they are.
+    ///
+    /// # Errors
+    /// As [`CaseFile::packing_problem`]; what the element test refuses.
+    pub fn measured_stiffness(&self) -> Result<Stiffness> {
+        packing::measured(self).map_err(|e| e.at(&self.file))
     }
 
     /// What a run on the packing would take.

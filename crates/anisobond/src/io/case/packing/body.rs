@@ -48,8 +48,8 @@ impl Spheres {
     }
 }
 
-/// The spheres of a case, bonded for a stiffness (Pa).
-pub(super) fn spheres(case: &CaseFile, p: &PackingStatement, stiffness: &Stiffness) -> Result<Spheres> {
+/// The packing of a case, which must be periodic.
+pub(super) fn packing(p: &PackingStatement) -> Result<Packing> {
     let packing = match &p.source {
         Source::File(path) => read_packing(path).map_err(|e| p.source_spot.at(e))?,
         Source::Random(wanted) => {
@@ -60,19 +60,25 @@ pub(super) fn spheres(case: &CaseFile, p: &PackingStatement, stiffness: &Stiffne
             generated.packing
         }
     };
-    let Some(edges) = packing.cell() else {
+    if packing.cell().is_none() {
         return Err(p.source_spot.wrong(
             "the packing has no periodic cell, which its bonds are calibrated on",
             "say its edges in the packing's file (first line ##PERIODIC:: a b c)",
         ));
-    };
-    let frame = Frame::new(case, p, &edges)?;
+    }
+    Ok(packing)
+}
+
+/// The spheres of a case, bonded for a stiffness (Pa).
+pub(super) fn spheres(case: &CaseFile, p: &PackingStatement, stiffness: &Stiffness) -> Result<Spheres> {
+    let packing = packing(p)?;
+    let frame = Frame::new(case, p, &packing.cell().unwrap_or_else(Vector3::zeros))?;
     let study = study(packing, p, stiffness)?;
     cut(&study, &frame, p)
 }
 
 /// The lattice of the packing, calibrated.
-fn study(packing: Packing, p: &PackingStatement, stiffness: &Stiffness) -> Result<LatticeStudy> {
+pub(super) fn study(packing: Packing, p: &PackingStatement, stiffness: &Stiffness) -> Result<LatticeStudy> {
     let test = ElementTest { rotations: p.rotations, ..ElementTest::default() };
     let correction = Correction { test, ..Correction::default() };
     let plan = LatticePlan { model: p.bonds, correction: p.correct.then_some((CorrectionChoice::General, correction)) };

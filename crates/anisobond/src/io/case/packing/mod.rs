@@ -15,6 +15,7 @@ use crate::experiment::element_test::Rotations;
 use crate::experiment::{CellDrive, PackingProblem, ServoPlan};
 use crate::io::units::Dimension;
 use crate::lattice::generate::{Extent, Radii, RandomPacking, Target};
+use crate::tensor::Stiffness;
 pub use plan::PackingPlan;
 pub(super) use plan::plan;
 
@@ -275,4 +276,9 @@ fn cell_drive(value: Value, duration: Option<f64>) -> Result<CellDrive> {
 /// The problem on the case's packing.
 pub(super) fn problem(case: &CaseFile) -> Result<PackingProblem> {
     resolve::problem(case)
+}
+
+/// What an element test measures on the periodic packing.
+pub(super) fn measured(case: &CaseFile) -> Result<Stiffness> {
+    resolve::measured(case)
 }

@@ -2,11 +2,12 @@
 
 use nalgebra::Vector3;
 
-use super::body::{Spheres, spheres};
+use super::body::{Spheres, packing, spheres, study};
 use super::select::{select, surface};
 use super::{ContactStatement, PackingStatement};
 use crate::Result;
 use crate::calibration::Model;
+use crate::experiment::element_test::ElementTest;
 use crate::experiment::{Condition, History, PackingProblem, Probe, Schedule};
 use crate::io::case::loads::{ConditionStatement, Load, Where};
 use crate::io::case::matter::{Filling, Matter};
@@ -15,15 +16,14 @@ use crate::io::case::schedule::Target;
 use crate::io::case::{CaseFile, Spot};
 use crate::lattice::solid::Patch;
 use crate::operator::particles::{ContactLaw, ParticleModel, Strength};
+use crate::tensor::Stiffness;
 
 /// k_t/k_n of contacts unless the case says otherwise.
 const USUAL_RATIO: f64 = 0.5;
 
 /// The problem on the packing of a case.
 pub(super) fn problem(case: &CaseFile) -> Result<PackingProblem> {
-    let Some(p) = &case.packing else {
-        return Err(case.top.wrong("the case has no packing", "add [packing] with file and contact_radius"));
-    };
+    let p = statement(case)?;
     let matter = matter(case, p)?;
     let density = density(case, &matter)?;
     let body = spheres(case, p, &matter.turned_stiffness())?;
@@ -63,6 +63,19 @@ pub(super) fn problem(case: &CaseFile) -> Result<PackingProblem> {
         output: case.output.clone(),
         evidence: body.evidence,
     })
+}
+
+/// What an element test measures on the case's periodic packing.
+pub(super) fn measured(case: &CaseFile) -> Result<Stiffness> {
+    let p = statement(case)?;
+    let study = study(packing(p)?, p, &matter(case, p)?.turned_stiffness())?;
+    let test = ElementTest { rotations: p.rotations, ..ElementTest::default() };
+    Ok(test.run(&study.network())?.measured)
+}
+
+fn statement(case: &CaseFile) -> Result<&PackingStatement> {
+    let example = "add [packing] with file and contact_radius";
+    case.packing.as_ref().ok_or_else(|| case.top.wrong("the case has no packing", example))
 }
 
 /// What the spheres stand for.
