@@ -1,12 +1,9 @@
 //! The cross-anisotropy document's own element test: a finite strain, reached in motion, with servo-controlled lateral
 //! stresses.
 //!
-//! Every step moves the cell by a small stretch D and the nodes by their velocities, then asks the bonds for forces:
-//!
-//! - normal force k_n (ℓ − ℓ₀) n on the current direction n;
-//! - tangential force f_t, which turns with the bond and grows by k_t Δ_t, Δ = dl − ½(dθ_A + dθ_B)×l (incremental, as in
-//!   discrete element codes; the contact point is the middle of the bond);
-//! - mean stress σ = (1/V) Σ f⊗l with the current branches and volume.
+//! Every step moves the cell by a small stretch and the nodes by their velocities, then asks the bonds for forces, with
+//! finite kinematics (`operator::particles`: to second order in strain the incremental shear response of discrete element
+//! codes); the mean stress is σ = (1/V) Σ f⊗l with the current branches and volume.
 //!
 //! The strain is prescribed as a logarithmic one and the constants are read from engineering strains e = exp(ε) − 1, as the
 //! document's printed values are: its −1 % gives E = T/(−0.00995).
@@ -14,13 +11,15 @@
 //! Time is fictitious: a node's mass is its own 6×6 block of the stiffness, for which a step of 1 is always stable (no
 //! frequency exceeds √2), and motion is damped viscously. Only the equilibrium at the end is a result.
 
-use nalgebra::{Matrix2, Matrix3, Matrix6, Vector2, Vector3};
+use nalgebra::{Matrix3, Matrix6};
 use rayon::prelude::*;
 
 use super::mechanism::Mechanism;
 use super::static_test::Rotations;
-use crate::operator::{BondList, Network, NodeField};
+use crate::operator::particles::Particles;
+use crate::operator::{BondList, Kinematics, Network};
 use crate::solver::BlockJacobi;
+use crate::solver::particles::{Control, Servo, Verlet, affine_stiffness, mean_stress};
 use crate::tensor::{EngineeringConstants, PAIRS, Stiffness};
 use crate::{Error, Result};
 
@@ -33,7 +32,8 @@ pub struct DynamicTest {
     pub rotations: Rotations,
     /// Steps in which the strain is applied.
     pub ramp: usize,
-    /// Largest unbalanced force of a node at the end, relative to the mean force of a bond; moments likewise.
+    /// Largest unbalanced force of a node at the end, relative to ‖Σ f⊗l‖/Σ ℓ, a mean force of the bonds; moments
+    /// likewise, relative to that times their mean length.
     pub balance: f64,
     /// Largest lateral stress at the end, relative to the axial one (the document's t_r is 10⁻³).
     pub lateral: f64,
@@ -68,7 +68,7 @@ pub struct DynamicTestResult {
     pub measured: Option<Stiffness>,
     /// Steps of the tests x, y, z, yz, zx, xy.
     pub steps: [usize; 6],
-    /// Largest unbalanced force or moment left over, relative to the mean of a bond.
+    /// Largest unbalanced force or moment left over, relative as [`DynamicTest::balance`] is.
     pub unbalanced: f64,
     /// Largest lateral stress left over, relative to the axial one.
     pub lateral: f64,
@@ -124,24 +124,19 @@ impl DynamicTest {
         Mechanism::of_graph(network, self.rotations == Rotations::Free).refuse()?;
         let list = BondList::new(network)?;
         let mass = BlockJacobi::new(&list, self.rotations == Rotations::Free);
-        let scale = affine_stiffness(&list);
-        let endings: Vec<Ending> =
-            (0..6).into_par_iter().map(|case| self.test(network, &list, &mass, &scale, case)).collect();
-        Ok(self.result(&endings))
+        let scale = affine_stiffness(network)?;
+        let body = Particles::of_network(network, Kinematics::Finite)?;
+        let endings: Result<Vec<Ending>> =
+            (0..6).into_par_iter().map(|case| self.test(body.clone(), &mass, &scale, case)).collect();
+        Ok(self.result(&endings?))
     }
 
     /// One test: load, hold and let come to rest.
-    fn test(
-        &self,
-        network: &Network,
-        list: &BondList,
-        mass: &BlockJacobi,
-        scale: &Matrix6<f64>,
-        case: usize,
-    ) -> Ending {
-        let mut bonds: Vec<Moving> = network.bonds.iter().map(|b| Moving::new(b, list)).collect();
-        let mut velocity = list.zeros::<1>();
-        let mut force = list.zeros::<1>();
+    fn test(&self, mut body: Particles, mass: &BlockJacobi, scale: &Matrix6<f64>, case: usize) -> Result<Ending> {
+        let unit = Verlet { step: 1.0, viscous: 0.0, local: 0.0 };
+        let mut servo = Servo { controls: self.controls(case), gain: SERVO, fastest: f64::INFINITY, stiffness: *scale };
+        let lengths: f64 = body.model().bonds.iter().map(|b| b.branch.norm()).sum();
+        let length = lengths / body.model().bonds.len() as f64;
         let mut end = Ending {
             strain: Matrix3::zeros(),
             stress: Matrix3::zeros(),
@@ -151,50 +146,57 @@ impl DynamicTest {
             converged: false,
         };
         while end.steps < self.most_steps && !end.converged {
-            let stretch = self.stretch(case, end.steps, &end.stress, scale);
+            if end.steps == self.ramp {
+                servo.controls = servo.controls.map(held);
+            }
+            let stretch = servo.gradient(&end.stress, unit.step)?;
             end.strain += stretch;
-            let volume = network.volume * end.strain.trace().exp();
-            let mean = move_bonds(&mut bonds, &stretch, &velocity, &mut force);
-            end.stress = mean.virial / volume;
-            end.unbalanced = self.unbalanced(&force, &mean);
+            // The stretch D takes l to exp(D) l, to second order.
+            body.deform(&(stretch + 0.5 * stretch * stretch));
+            unit.drift(&mut body);
+            let virial = body.evaluate(0.0)?.virial;
+            end.stress = mean_stress(&body, &virial).unwrap_or_else(Matrix3::zeros);
             end.lateral = lateral(case, &end.stress);
-            accelerate(mass, &force, &mut velocity);
+            end.unbalanced = self.accelerate(mass, &mut body, virial.norm() / lengths, length);
             end.steps += 1;
             end.converged = end.steps > self.ramp && end.unbalanced <= self.balance && end.lateral <= self.lateral;
         }
-        end
+        Ok(end)
     }
 
-    /// The cell's stretch D of one step: the prescribed share while loading, and the servo's answer to lateral stresses,
-    /// D_lateral = −g C_ll⁻¹ σ_l with the lateral block of the affine stiffness.
-    fn stretch(&self, case: usize, step: usize, stress: &Matrix3<f64>, scale: &Matrix6<f64>) -> Matrix3<f64> {
-        let share = if step < self.ramp { 1.0 / self.ramp as f64 } else { 0.0 };
-        let (i, j) = PAIRS[case];
-        let mut stretch = Matrix3::zeros();
-        if case >= 3 {
-            stretch[(i, j)] = share * self.strain.abs();
-            stretch[(j, i)] = stretch[(i, j)];
-            return stretch;
+    /// What drives the six components while loading: the prescribed strain in equal shares per step, no lateral stress in
+    /// the axial tests and no other strain in the shear tests.
+    fn controls(&self, case: usize) -> [Control; 6] {
+        let share = 1.0 / self.ramp as f64;
+        let mut controls = [Control::Rate(0.0); 6];
+        if case < 3 {
+            controls[..3].fill(Control::Stress(0.0));
+            controls[case] = Control::Rate(share * self.strain);
+        } else {
+            controls[case] = Control::Rate(share * self.strain.abs());
         }
-        stretch[(i, i)] = share * self.strain;
-        let (p, q) = ((i + 1) % 3, (i + 2) % 3);
-        let block = Matrix2::new(scale[(p, p)], scale[(p, q)], scale[(q, p)], scale[(q, q)]);
-        if let Some(compliance) = block.try_inverse() {
-            let answer = -SERVO * compliance * Vector2::new(stress[(p, p)], stress[(q, q)]);
-            stretch[(p, p)] = answer.x;
-            stretch[(q, q)] = answer.y;
-        }
-        stretch
+        controls
     }
 
-    /// Largest unbalanced force (moment) of a node relative to the mean force (× mean length) of a bond.
-    fn unbalanced(&self, force: &[NodeField<1>], mean: &Means) -> f64 {
+    /// v ← (1 − c) v + M⁻¹ f; the largest unbalanced force relative to `force` (N), or moment relative to that times
+    /// `length` (m).
+    fn accelerate(&self, mass: &BlockJacobi, body: &mut Particles, force: f64, length: f64) -> f64 {
+        let state = body.motion();
+        let force = force.max(f64::MIN_POSITIVE);
         let mut worst = 0.0f64;
-        for f in force {
-            let size = |i: usize| (f[i][0].powi(2) + f[i + 1][0].powi(2) + f[i + 2][0].powi(2)).sqrt();
-            worst = worst.max(size(0) / mean.force);
+        for (node, load) in state.loads.iter().enumerate() {
+            let size = |f: &[f64; 3]| f.iter().map(|x| x * x).sum::<f64>().sqrt();
+            worst = worst.max(size(&load.force) / force);
             if self.rotations == Rotations::Free {
-                worst = worst.max(size(3) / (mean.force * mean.length));
+                worst = worst.max(size(&load.moment) / (force * length));
+            }
+            let [fx, fy, fz] = load.force;
+            let [mx, my, mz] = load.moment;
+            // Particles and bond lists number nodes along the same curve.
+            let kick = mass.apply(node, &[[fx], [fy], [fz], [mx], [my], [mz]]);
+            for i in 0..3 {
+                state.velocity[node][i] = (1.0 - DAMPING) * state.velocity[node][i] + kick[i][0];
+                state.spin[node][i] = (1.0 - DAMPING) * state.spin[node][i] + kick[3 + i][0];
             }
         }
         worst
@@ -243,102 +245,11 @@ impl DynamicTest {
     }
 }
 
-/// A bond on its way.
-struct Moving {
-    a: u32,
-    b: u32,
-    /// Current branch l (m).
-    branch: Vector3<f64>,
-    /// Length at rest ℓ₀ (m).
-    rest: f64,
-    /// k_n (N/m).
-    normal: f64,
-    /// k_t (N/m).
-    tangential: f64,
-    /// Tangential force f_t (N), on A from B.
-    shear: Vector3<f64>,
-}
-
-/// What the bonds carry on average.
-struct Means {
-    /// Σ f⊗l (J).
-    virial: Matrix3<f64>,
-    /// Mean |f| (N).
-    force: f64,
-    /// Mean ℓ (m).
-    length: f64,
-}
-
-impl Moving {
-    fn new(bond: &crate::operator::StiffBond, list: &BondList) -> Self {
-        Moving {
-            a: list.place(bond.a as usize) as u32,
-            b: list.place(bond.b as usize) as u32,
-            branch: bond.branch,
-            rest: bond.branch.norm(),
-            normal: bond.normal,
-            tangential: bond.tangential,
-            shear: Vector3::zeros(),
-        }
-    }
-
-    /// Move by the cell's stretch and the ends' velocities; the force on A from B afterwards.
-    fn step(&mut self, stretch: &Matrix3<f64>, va: &NodeField<1>, vb: &NodeField<1>) -> Vector3<f64> {
-        let part = |v: &NodeField<1>, i: usize| Vector3::new(v[i][0], v[i + 1][0], v[i + 2][0]);
-        let old = self.branch;
-        // The cell's stretch D takes l to exp(D) l, to second order.
-        let stretched = stretch * (old + 0.5 * (stretch * old));
-        let change = stretched + part(vb, 0) - part(va, 0);
-        let spin = 0.5 * (part(va, 3) + part(vb, 3));
-        self.branch = old + change;
-        let middle = old + 0.5 * change;
-        let square = middle.norm_squared();
-        let slip = change - spin.cross(&middle);
-        let slip = slip - middle * (middle.dot(&slip) / square);
-        // f_t turns with the bond, and about it with its ends.
-        let turn = middle.cross(&change) / square + middle * (middle.dot(&spin) / square);
-        let length = self.branch.norm();
-        let n = self.branch / length;
-        let shear = self.shear + turn.cross(&self.shear) + self.tangential * slip;
-        self.shear = shear - n * n.dot(&shear);
-        self.normal * (length - self.rest) * n + self.shear
-    }
-}
-
-/// Move every bond and sum forces and moments on the nodes.
-fn move_bonds(
-    bonds: &mut [Moving],
-    stretch: &Matrix3<f64>,
-    velocity: &[NodeField<1>],
-    force: &mut [NodeField<1>],
-) -> Means {
-    force.fill([[0.0]; 6]);
-    let mut sum = Means { virial: Matrix3::zeros(), force: 0.0, length: 0.0 };
-    for bond in bonds.iter_mut() {
-        let (a, b) = (bond.a as usize, bond.b as usize);
-        let f = bond.step(stretch, &velocity[a], &velocity[b]);
-        let moment = 0.5 * bond.branch.cross(&f);
-        for i in 0..3 {
-            force[a][i][0] += f[i];
-            force[b][i][0] -= f[i];
-            force[a][3 + i][0] += moment[i];
-            force[b][3 + i][0] += moment[i];
-        }
-        sum.virial += f * bond.branch.transpose();
-        sum.force += f.norm();
-        sum.length += bond.branch.norm();
-    }
-    let count = bonds.len() as f64;
-    Means { virial: sum.virial, force: (sum.force / count).max(f64::MIN_POSITIVE), length: sum.length / count }
-}
-
-/// v ← (1 − c) v + M⁻¹ f.
-fn accelerate(mass: &BlockJacobi, force: &[NodeField<1>], velocity: &mut [NodeField<1>]) {
-    for (node, (f, v)) in force.iter().zip(velocity).enumerate() {
-        let kick = mass.apply(node, f);
-        for i in 0..6 {
-            v[i][0] = (1.0 - DAMPING) * v[i][0] + kick[i][0];
-        }
+/// A component after loading: strains stay, stresses are still driven.
+fn held(control: Control) -> Control {
+    match control {
+        Control::Rate(_) => Control::Rate(0.0),
+        stress => stress,
     }
 }
 
@@ -349,11 +260,4 @@ fn lateral(case: usize, stress: &Matrix3<f64>) -> f64 {
     }
     let (p, q) = ((case + 1) % 3, (case + 2) % 3);
     stress[(p, p)].abs().max(stress[(q, q)].abs()) / stress[(case, case)].abs()
-}
-
-/// The sum over bonds at uniform strain (Pa), Kelvin-Mandel: the servo's guess of the stiffness.
-fn affine_stiffness(list: &BondList) -> Matrix6<f64> {
-    let strains = std::array::from_fn(|case| nalgebra::Vector6::from_fn(|a, _| if a == case { 1.0 } else { 0.0 }));
-    let energy = list.measure(&strains, &list.zeros::<6>()).energy;
-    Matrix6::from_fn(|a, b| energy[a][b])
 }

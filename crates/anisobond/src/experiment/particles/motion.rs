@@ -5,7 +5,7 @@ use nalgebra::Matrix3;
 use super::conditions::ParticleCondition;
 use super::ledger::ParticleLedger;
 use crate::operator::particles::{Particles, Sums};
-use crate::solver::particles::{Acting, Runaway, Servo, Verlet, mean_stress, stable_step};
+use crate::solver::particles::{Acting, Runaway, Servo, Verlet, Work, mean_stress, stable_step};
 use crate::{Error, Result};
 
 /// How spheres are moved in time.
@@ -85,7 +85,7 @@ impl ParticleMotion {
         let step = checked_step(plan, stable)?;
         let least = (0..particles.len()).map(|i| particles.sphere(i).0).fold(f64::INFINITY, f64::min);
         let sums = particles.evaluate(0.0)?;
-        let mut motion = ParticleMotion {
+        Ok(ParticleMotion {
             particles,
             conditions,
             verlet: Verlet { step, viscous: plan.viscous, local: plan.local },
@@ -98,13 +98,10 @@ impl ParticleMotion {
             sums,
             ahead: [0.0; 2],
             gradient: Matrix3::zeros(),
-        };
-        motion.ledger.bonds = sums.bonds;
-        motion.ledger.contacts = sums.contacts;
-        Ok(motion)
+        })
     }
 
-    /// One step: kick, drift, forces. The ledger afterwards belongs to the time before the step.
+    /// One step: kick, drift, forces. The ledger is that of the moment before the step.
     ///
     /// # Errors
     /// A sphere that is too fast or has no speed, one that has left its bounds, a cell that has collapsed: named with
@@ -119,19 +116,29 @@ impl ParticleMotion {
             .verlet
             .kick(&mut self.particles, &acting, span, self.fastest)
             .map_err(|runaway| self.exploded(&runaway))?;
-        if !first {
-            self.ledger.external += self.ahead[0] + work.external[0];
-            self.ledger.damping += self.ahead[1] + work.damping[0];
-        }
-        self.ahead = [work.external[1], work.damping[1]];
-        (self.ledger.kinetic, self.ledger.rotational) = (work.kinetic, work.rotational);
-        if first {
-            self.ledger.initial = self.ledger.stored();
-        }
+        self.account(&work, first);
         self.drive_cell()?;
         self.verlet.drift(&mut self.particles);
         self.steps += 1;
-        self.evaluate()
+        self.sums = self.particles.evaluate(self.verlet.step).map_err(|e| e.at(self.moment()))?;
+        self.check_bounds()
+    }
+
+    /// The ledger at the moment of the kick: what is stored then, and what the step that ends with it has moved.
+    fn account(&mut self, work: &Work, first: bool) {
+        let ledger = &mut self.ledger;
+        (ledger.kinetic, ledger.rotational) = (work.kinetic, work.rotational);
+        (ledger.bonds, ledger.contacts) = (self.sums.bonds, self.sums.contacts);
+        (ledger.broken_bonds, ledger.friction) = (self.particles.broken_bonds() as u64, self.particles.friction_loss());
+        if first {
+            ledger.initial = ledger.stored() + ledger.friction;
+        } else {
+            // Work of the cell, half by the forces before and half by those after its step.
+            ledger.external += self.ahead[0] + work.external[0] + 0.5 * self.sums.virial.dot(&self.gradient);
+            ledger.damping += self.ahead[1] + work.damping[0];
+            ledger.fracture += self.sums.broken.energy;
+        }
+        self.ahead = [work.external[1], work.damping[1]];
     }
 
     /// Move the cell by the servo's answer to the stress now.
@@ -139,20 +146,9 @@ impl ParticleMotion {
         let Some(servo) = &self.servo else { return Ok(()) };
         let stress = mean_stress(&self.particles, &self.sums.virial).unwrap_or_else(Matrix3::zeros);
         self.gradient = servo.gradient(&stress, self.verlet.step)?;
-        // Work of the cell, half by the forces before and half by those after the step.
-        self.ledger.external += 0.5 * self.sums.virial.dot(&self.gradient);
+        self.ahead[0] += 0.5 * self.sums.virial.dot(&self.gradient);
         self.particles.deform(&self.gradient);
         Ok(())
-    }
-
-    fn evaluate(&mut self) -> Result<()> {
-        self.sums = self.particles.evaluate(self.verlet.step).map_err(|e| e.at(self.moment()))?;
-        self.ledger.external += 0.5 * self.sums.virial.dot(&self.gradient);
-        (self.ledger.bonds, self.ledger.contacts) = (self.sums.bonds, self.sums.contacts);
-        self.ledger.fracture += self.sums.broken.energy;
-        self.ledger.broken_bonds = self.particles.broken_bonds() as u64;
-        self.ledger.friction = self.particles.friction_loss();
-        self.check_bounds()
     }
 
     fn check_bounds(&self) -> Result<()> {
@@ -229,7 +225,7 @@ impl ParticleMotion {
         &self.gradient
     }
 
-    /// Energies; kinetic ones and work are those of the beginning of the last step.
+    /// Energies, at the moment before the last step.
     pub fn ledger(&self) -> &ParticleLedger {
         &self.ledger
     }

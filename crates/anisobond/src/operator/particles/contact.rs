@@ -4,7 +4,7 @@
 //! touch; nothing pulls. The shear force turns with the pair, grows by −k_t times the slip and is cut back to μ times the
 //! normal force. Slip is measured with finite rotations: the direction n₋ of the step before is carried along by both
 //! spheres, p = w_a ΔR_a n₋ + w_b ΔR_b n₋ (w the distances of the contact point from the centres, w_a + w_b = 1), and
-//! slips by ℓ (n − (n·p)… ) against the pair's own n. A rigid rotation of both slips by nothing at any angle.
+//! slips by −ℓ (p − (n·p) n) against the pair's own n. A rigid rotation of both slips by nothing at any angle.
 //!
 //! Pairs are found from a list of all pairs within a skin, made anew once some sphere has moved by half of it.
 
@@ -75,8 +75,8 @@ pub(super) struct Scene<'a> {
     pub radii: &'a [f64],
     /// Rotation since the forces were last computed (radians).
     pub turned: &'a [Vector3<f64>],
-    /// The cell, its edges as columns, now and at the start.
-    pub cell: Option<(Matrix3<f64>, Matrix3<f64>)>,
+    /// Deformation gradient F of the cell, and its edges at the start (m).
+    pub cell: Option<(Matrix3<f64>, Vector3<f64>)>,
 }
 
 /// Key of a pair.
@@ -147,39 +147,30 @@ impl Contacts {
         }
     }
 
-    /// Whether some sphere has moved by half the skin, the mean motion taken off.
+    /// Whether some pair may have come into reach that is not listed. Motion of the body as a whole does not count: by the
+    /// mean displacement, and the cell's deformation A since the list was made, which brings spheres of distance d nearer
+    /// by at most |A − I| d.
     fn outdated(&self, scene: &Scene) -> bool {
         if self.listed_at.len() != scene.positions.len() {
             return true;
         }
-        let moved = || scene.positions.iter().zip(&self.listed_at).map(|(x, y)| x - y);
-        let mean = moved().sum::<Vector3<f64>>() / scene.positions.len() as f64;
-        let least = scene.radii.iter().copied().fold(f64::INFINITY, f64::min);
-        // The cell's own change moves images too: by its part over their distance, at most two radii and the skin.
-        let strain = match (self.listed_cell, scene.cell) {
-            (Some(then), Some((now, _))) => {
-                then.try_inverse().map_or(f64::INFINITY, |inverse| (now * inverse - Matrix3::identity()).norm())
-            }
-            _ => 0.0,
+        let affine = match (self.listed_cell, scene.cell) {
+            (Some(then), Some((now, _))) => then.try_inverse().map(|inverse| now * inverse),
+            _ => Some(Matrix3::identity()),
         };
-        let limit = SKIN * least * 0.9;
-        if scene.cell.is_some() && strain > 0.0 {
-            // Affine motion is taken off with the mean: what is left is compared in the cell's own coordinates.
-            if strain > 0.25 * SKIN {
-                return true;
-            }
-            let (Some(then), Some((now, _))) = (self.listed_cell, scene.cell) else { return true };
-            let Some(inverse) = then.try_inverse() else { return true };
-            let affine = now * inverse;
-            let rest = || scene.positions.iter().zip(&self.listed_at).map(|(x, y)| x - affine * y);
-            let mean = rest().sum::<Vector3<f64>>() / scene.positions.len() as f64;
-            return rest().any(|d| (d - mean).norm() > 0.5 * limit);
-        }
-        moved().any(|d| (d - mean).norm() > limit)
+        let Some(affine) = affine else { return true };
+        let strain = (affine - Matrix3::identity()).norm();
+        let moved = |i: usize| scene.positions[i] - affine * self.listed_at[i];
+        let spheres = scene.positions.len();
+        let mean = (0..spheres).map(moved).sum::<Vector3<f64>>() / spheres as f64;
+        // A pair touches within r_a + r_b ≥ 2r and was listed within (1 + skin) of it; half of what is left to each.
+        let least = scene.radii.iter().copied().fold(f64::INFINITY, f64::min);
+        let limit = least * (SKIN - strain * (1.0 + SKIN));
+        let within = |i: usize| (moved(i) - mean).norm_squared() <= limit * limit;
+        limit <= 0.0 || !(0..spheres).all(within)
     }
 
-    /// Make the list anew if it is outdated; `bonded` says which pairs a bond joins, `touch_limit` what is known of
-    /// nearer touching distances.
+    /// Make the list anew if it is outdated; `bonded` says which pairs a bond joins.
     pub(super) fn update_list(&mut self, scene: &Scene, bonded: &dyn Fn(Pair) -> bool) -> Result<()> {
         if !self.outdated(scene) {
             return Ok(());
@@ -289,7 +280,9 @@ impl ContactLaw {
 impl Scene<'_> {
     /// From a to image s of b (m).
     pub(super) fn branch(&self, a: u32, b: u32, image: [i32; 3]) -> Vector3<f64> {
-        let shift = self.cell.map_or(Vector3::zeros(), |(h, _)| h * Vector3::from(image.map(f64::from)));
+        let shift = self
+            .cell
+            .map_or(Vector3::zeros(), |(f, edges)| f * edges.component_mul(&Vector3::from(image.map(f64::from))));
         self.positions[b as usize] - self.positions[a as usize] + shift
     }
 }
@@ -302,19 +295,18 @@ pub(super) fn ordered(a: u32, b: u32, image: [i32; 3]) -> Pair {
 
 /// All pairs within `reach` times the sum of radii, in order.
 ///
-/// A sheared cell is searched in the rectangle it came from, y = H₀ H⁻¹ x, where distances shrink by no more than the
-/// smallest stretch of H H₀⁻¹.
+/// A deformed cell is searched in the rectangle it came from, y = F⁻¹ x, where distances grow by no more than 1/(the
+/// smallest stretch of F).
 fn near_pairs(scene: &Scene, reach: f64) -> Result<Vec<Near>> {
     let (edges, back, shrink) = match scene.cell {
         None => (None, Matrix3::identity(), 1.0),
-        Some((now, start)) => {
-            let stretch = now * start.try_inverse().unwrap_or_else(Matrix3::identity);
+        Some((stretch, edges)) => {
             let least = stretch.singular_values().min();
             let back = stretch
                 .try_inverse()
                 .filter(|_| least > 0.0)
                 .ok_or_else(|| Error::input("the periodic cell has collapsed", "deform it less"))?;
-            (Some(start.diagonal()), back, least)
+            (Some(edges), back, least)
         }
     };
     let points: Vec<Vector3<f64>> = scene.positions.iter().map(|x| back * x).collect();

@@ -50,6 +50,12 @@ type V3 = [V; 3];
 
 /// Forces and moments of all bonds on particles, and their sums.
 pub(super) fn forces(rows: &Rows, poses: &[Pose], kinematics: Kinematics, loads: &mut [Load]) -> RowSums {
+    if loads.len() <= CHUNK {
+        // Small bodies are not worth waking other threads; the sums are those of one piece either way.
+        let mut sums = RowSums::default();
+        piece(rows, poses, kinematics, 0, loads, &mut sums);
+        return sums;
+    }
     let pieces: Vec<RowSums> = loads
         .par_chunks_mut(CHUNK)
         .enumerate()

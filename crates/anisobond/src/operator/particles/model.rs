@@ -2,8 +2,6 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::Vector3;
-
 use super::contact::ContactLaw;
 use crate::lattice::Packing;
 use crate::operator::{Kinematics, Network, StiffBond};
@@ -117,9 +115,4 @@ pub fn sphere_masses(packing: &Packing, density: f64) -> Vec<f64> {
 pub fn bulk_masses(packing: &Packing, volume: f64, density: f64) -> Vec<f64> {
     let cubes: f64 = packing.radii().iter().map(|r| r.powi(3)).sum();
     packing.radii().iter().map(|r| volume * density * r.powi(3) / cubes).collect()
-}
-
-/// The displacement that a change of the cell gives to an image, (H − H₀) s.
-pub(super) fn image_shift(change: &nalgebra::Matrix3<f64>, image: [i32; 3]) -> Vector3<f64> {
-    change * Vector3::from(image.map(f64::from))
 }

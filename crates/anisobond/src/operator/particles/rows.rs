@@ -6,7 +6,7 @@
 
 use nalgebra::Vector3;
 
-use super::ghosts::Ghosts;
+use super::ghosts::{Ghosts, Image};
 use super::model::{ParticleModel, Strength};
 use crate::{Error, Result};
 
@@ -76,21 +76,15 @@ struct Half {
 }
 
 impl Rows {
-    /// Rows of a model's bonds between renumbered particles.
-    ///
-    /// # Errors
-    /// A bond of length zero, to a sphere that does not exist, with a negative stiffness, or whose branch does not lead
-    /// from one sphere to (an image of) the other.
-    pub(super) fn new(model: &ParticleModel, place: &[u32], ghosts: &mut Ghosts) -> Result<Self> {
+    /// Rows of a model's bonds between renumbered particles, each bond with the image that it leads to.
+    pub(super) fn new(model: &ParticleModel, place: &[u32], images: &[Image], ghosts: &mut Ghosts) -> Self {
         let particles = place.len();
         let mut rows: Vec<Vec<Half>> = (0..particles).map(|_| Vec::new()).collect();
-        for (number, bond) in model.bonds.iter().enumerate() {
-            let image = checked_image(model, number)?;
+        for (number, (bond, image)) in model.bonds.iter().zip(images).enumerate() {
             let (a, b) = (place[bond.a as usize], place[bond.b as usize]);
-            let back = image.map(|s| -s);
-            let number = number as u32;
+            let (number, back) = (number as u32, image.back());
             rows[a as usize].push(Half { bond: number, to: ghosts.index(b, image, particles), branch: bond.branch });
-            rows[b as usize].push(Half { bond: number, to: ghosts.index(a, back, particles), branch: -bond.branch });
+            rows[b as usize].push(Half { bond: number, to: ghosts.index(a, &back, particles), branch: -bond.branch });
         }
         let mut all = Rows {
             start: vec![0],
@@ -105,7 +99,7 @@ impl Rows {
             }
             all.start.push(all.blocks.len() as u32);
         }
-        Ok(all)
+        all
     }
 
     /// Append one block.
@@ -151,42 +145,70 @@ impl Rows {
     }
 }
 
-/// Image s of sphere b that a bond leads to: branch = x_b − x_a + H₀ s.
-fn checked_image(model: &ParticleModel, number: usize) -> Result<[i32; 3]> {
+/// The image of sphere b that each bond leads to: branch = x_b − x_a + H₀ s.
+///
+/// # Errors
+/// A bond of length zero, to a sphere that does not exist, with a negative stiffness, or whose branch does not lead from
+/// one sphere to (an image of) the other.
+pub(super) fn images(model: &ParticleModel) -> Result<Vec<Image>> {
+    let cell = model.packing.cell();
+    let of = |number: usize| {
+        let bond = &model.bonds[number];
+        let (named, rest) = checked(model, number)?;
+        let (key, left) = match cell {
+            None => ([0; 3], rest),
+            Some(edges) => {
+                let s = rest.component_div(&edges).map(f64::round);
+                ([s.x as i64, s.y as i64, s.z as i64], rest - s.component_mul(&edges))
+            }
+        };
+        if left.norm() > 1e-6 * bond.branch.norm() {
+            return Err(Error::input(
+                format!("the branch of {named} leads {} m past its sphere", left.norm()),
+                "use the packing from which the bonds were made",
+            ));
+        }
+        Ok(Image { key, shift: rest - left })
+    };
+    (0..model.bonds.len()).map(of).collect()
+}
+
+/// Images of a network whose cell is not known: by where the branches lead past the nodes.
+///
+/// # Errors
+/// As [`images`], but for branches.
+pub(super) fn unknown_images(model: &ParticleModel) -> Result<Vec<Image>> {
+    let mean = model.bonds.iter().map(|b| b.branch.norm()).sum::<f64>() / model.bonds.len().max(1) as f64;
+    let of = |number: usize| {
+        let (_, shift) = checked(model, number)?;
+        // Images that differ by less are the same but for rounding.
+        Ok(Image { key: shift.map(|x| (x / (1e-9 * mean)).round() as i64).into(), shift })
+    };
+    (0..model.bonds.len()).map(of).collect()
+}
+
+/// The name of a bond that is sound, and the way from its sphere b to its branch's end.
+fn checked(model: &ParticleModel, number: usize) -> Result<(String, Vector3<f64>)> {
     let bond = &model.bonds[number];
     let centres = model.packing.centres();
-    let named = || format!("bond {} between spheres {} and {}", number + 1, bond.a + 1, bond.b + 1);
+    let named = format!("bond {} between spheres {} and {}", number + 1, bond.a + 1, bond.b + 1);
     let [Some(from), Some(to)] = [bond.a, bond.b].map(|i| centres.get(i as usize)) else {
         return Err(Error::input(
-            format!("{}, but there are {} spheres", named(), centres.len()),
+            format!("{named}, but there are {} spheres", centres.len()),
             "use the spheres that exist",
         ));
     };
     let length = bond.branch.norm();
     if !(length.is_finite() && length > 0.0) {
-        return Err(Error::input(format!("{} has length {length} m", named()), "move one of the spheres"));
+        return Err(Error::input(format!("{named} has length {length} m"), "move one of the spheres"));
     }
     for (name, k) in [("k_n", bond.normal), ("k_t", bond.tangential)] {
         if !(k.is_finite() && k >= 0.0) {
             return Err(Error::input(
-                format!("{} has {name} = {k} N/m", named()),
+                format!("{named} has {name} = {k} N/m"),
                 "give stiffnesses that are not negative",
             ));
         }
     }
-    let rest = bond.branch - (to - from);
-    let (image, left) = match model.packing.cell() {
-        None => ([0; 3], rest.norm()),
-        Some(edges) => {
-            let s = rest.component_div(&edges).map(f64::round);
-            ([s.x as i32, s.y as i32, s.z as i32], (rest - s.component_mul(&edges)).norm())
-        }
-    };
-    if left > 1e-6 * length {
-        return Err(Error::input(
-            format!("the branch of {} leads {left} m past its sphere", named()),
-            "use the packing from which the bonds were made",
-        ));
-    }
-    Ok(image)
+    Ok((named, bond.branch - (to - from)))
 }

@@ -9,14 +9,15 @@ use std::collections::HashSet;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use super::contact::{Contacts, Scene, TouchingPair, ordered};
-use super::ghosts::Ghosts;
+use super::ghosts::{Ghosts, Image};
 use super::kernel::{Load, RowSums, forces, piece};
 use super::model::ParticleModel;
 use super::pose::Pose;
-use super::rows::Rows;
-use crate::Result;
-use crate::operator::Kinematics;
+use super::rows::{Rows, images, unknown_images};
+use crate::lattice::Packing;
 use crate::operator::morton::morton_order;
+use crate::operator::{Kinematics, Network};
+use crate::{Error, Result};
 
 pub use saved::Snapshot;
 pub(super) use saved::{flat, vectors};
@@ -41,6 +42,23 @@ pub struct Broken {
     pub bonds: usize,
     /// Energy that they held, less what contacts take over (J).
     pub energy: f64,
+}
+
+/// The cell's state.
+#[derive(Clone, Copy, Debug)]
+struct Periodic {
+    /// Edges at the start, along the axes (m); `None` for a network whose cell is not known.
+    edges: Option<Vector3<f64>>,
+    /// Volume at the start (m³).
+    volume: f64,
+    /// F − I, F the deformation gradient: kept apart from I so that small strains keep their digits.
+    change: Matrix3<f64>,
+}
+
+impl Periodic {
+    fn deformation(&self) -> Matrix3<f64> {
+        self.change + Matrix3::identity()
+    }
 }
 
 /// The parts of the state that solvers move, by place.
@@ -74,8 +92,9 @@ pub struct Particles {
     ghosts: Ghosts,
     rows: Rows,
     contacts: Option<Contacts>,
-    /// Edges of the cell as columns, at the start and now.
-    cell: Option<(Matrix3<f64>, Matrix3<f64>)>,
+    periodic: Option<Periodic>,
+    /// Images that the model's bonds lead to.
+    images: Vec<Image>,
     model: ParticleModel,
     whole: Vec<bool>,
     broken: usize,
@@ -91,6 +110,36 @@ impl Particles {
     /// Lists that do not fit; masses, strengths or contact numbers that are not positive; bonds of length zero, with
     /// negative stiffness, or that do not lead from sphere to sphere.
     pub fn new(model: ParticleModel) -> Result<Self> {
+        let periodic = model.packing.cell().map(|edges| Periodic {
+            edges: Some(edges),
+            volume: edges.product(),
+            change: Matrix3::zeros(),
+        });
+        let images = images(&model)?;
+        Particles::assemble(model, images, periodic)
+    }
+
+    /// The nodes of a network as spheres of radius 1 m and mass 1 kg, its cell known by volume and branches only. They
+    /// may be deformed and evaluated; there are no contacts.
+    ///
+    /// # Errors
+    /// As [`Particles::new`]; a nodal term.
+    pub fn of_network(network: &Network, kinematics: Kinematics) -> Result<Self> {
+        if network.nodal.is_some() {
+            return Err(Error::input("spheres have no nodal term", "use bonds alone"));
+        }
+        let ones = vec![1.0; network.nodes.len()];
+        let packing = Packing::new(None, network.nodes.clone(), ones.clone())?;
+        let model = ParticleModel::elastic(packing, network, ones, kinematics);
+        let images = unknown_images(&model)?;
+        Particles::assemble(
+            model,
+            images,
+            Some(Periodic { edges: None, volume: network.volume, change: Matrix3::zeros() }),
+        )
+    }
+
+    fn assemble(model: ParticleModel, images: Vec<Image>, periodic: Option<Periodic>) -> Result<Self> {
         model.check()?;
         let sphere = morton_order(model.packing.centres());
         let mut place = vec![0u32; sphere.len()];
@@ -98,31 +147,28 @@ impl Particles {
             place[old as usize] = new as u32;
         }
         let mut ghosts = Ghosts::default();
-        let rows = Rows::new(&model, &place, &mut ghosts)?;
+        let rows = Rows::new(&model, &place, &images, &mut ghosts);
         let ordered = |values: &[f64]| sphere.iter().map(|&i| values[i as usize]).collect::<Vec<f64>>();
         let (radii, mass) = (ordered(model.packing.radii()), ordered(&model.mass));
         let inertia = mass.iter().zip(&radii).map(|(m, r)| 0.4 * m * r * r).collect();
         let n = sphere.len();
-        let poses = vec![Pose::START; n + ghosts.len()];
-        let cell = model.packing.cell().map(|edges| (Matrix3::from_diagonal(&edges), Matrix3::from_diagonal(&edges)));
-        let start = sphere.iter().map(|&i| model.packing.centres()[i as usize]).collect();
-        let whole = (0..model.bonds.len()).map(|b| rows.is_whole(b)).collect();
         Ok(Particles {
             kinematics: model.kinematics,
             place,
-            start,
+            start: sphere.iter().map(|&i| model.packing.centres()[i as usize]).collect(),
             radii,
             mass,
             inertia,
-            poses,
+            poses: vec![Pose::START; n + ghosts.len()],
             velocity: vec![Vector3::zeros(); n],
             spin: vec![Vector3::zeros(); n],
             loads: vec![Load::default(); n],
             ghosts,
+            whole: (0..model.bonds.len()).map(|b| rows.is_whole(b)).collect(),
             rows,
             contacts: model.contact.map(Contacts::new),
-            cell,
-            whole,
+            periodic,
+            images,
             broken: 0,
             sphere,
             model,
@@ -149,19 +195,22 @@ impl Particles {
         self.kinematics
     }
 
-    /// Edges of the periodic cell now, as columns (m).
+    /// Edges of the periodic cell now, as columns (m): H = F H₀. `None` also for a network whose cell is not known.
     pub fn cell(&self) -> Option<Matrix3<f64>> {
-        self.cell.map(|c| c.1)
+        let periodic = self.periodic.as_ref()?;
+        periodic.edges.map(|edges| periodic.deformation() * Matrix3::from_diagonal(&edges))
     }
 
-    /// Volume of the cell now (m³); with linear kinematics that of the start.
+    /// Volume of the periodic body now (m³); with linear kinematics that of the start.
     pub fn volume(&self) -> Option<f64> {
-        self.cell.map(|(start, now)| if self.kinematics == Kinematics::Linear { start } else { now }.determinant())
+        let stretch =
+            |p: &Periodic| if self.kinematics == Kinematics::Linear { 1.0 } else { p.deformation().determinant() };
+        self.periodic.as_ref().map(|p| p.volume * stretch(p))
     }
 
-    /// Deformation gradient of the cell H H₀⁻¹.
+    /// Deformation gradient F of a periodic body; x = F X where nothing moves beside it.
     pub fn deformation(&self) -> Option<Matrix3<f64>> {
-        self.cell.map(|(start, now)| Matrix3::from_fn(|i, j| now[(i, j)] / start[(j, j)]))
+        self.periodic.as_ref().map(Periodic::deformation)
     }
 
     fn listed<T>(&self, of_place: impl Fn(usize) -> T) -> Vec<T> {
@@ -312,13 +361,13 @@ impl Particles {
         self.contacts.as_ref().map_or(0.0, |c| c.friction)
     }
 
-    /// Move the periodic cell by a gradient D (–): H ← (1 + D) H and x ← (1 + D) x. Nothing without a cell.
+    /// Move the periodic body by a gradient D (–): F ← (1 + D) F and x ← (1 + D) x; with linear kinematics F ← F + D and
+    /// u ← u + D X. Nothing for a free body.
     pub fn deform(&mut self, gradient: &Matrix3<f64>) {
-        let Some((start, now)) = &mut self.cell else { return };
-        let n = self.place.len();
         let linear = self.kinematics == Kinematics::Linear;
-        *now += gradient * if linear { *start } else { *now };
-        for (pose, x) in self.poses[..n].iter_mut().zip(&self.start) {
+        let Some(periodic) = &mut self.periodic else { return };
+        periodic.change += if linear { *gradient } else { gradient * periodic.deformation() };
+        for (pose, x) in self.poses.iter_mut().zip(&self.start) {
             let place = if linear { *x } else { x + pose.u() };
             pose.shift(&(gradient * place));
         }
@@ -332,8 +381,8 @@ impl Particles {
     /// Contacts that cannot be searched: positions that are not finite.
     pub fn evaluate(&mut self, step: f64) -> Result<Sums> {
         let n = self.len();
-        if let Some((start, now)) = self.cell {
-            self.ghosts.refresh(&mut self.poses, n, &(now - start));
+        if let Some(periodic) = &self.periodic {
+            self.ghosts.refresh(&mut self.poses, n, &periodic.change);
         }
         let rows = forces(&self.rows, &self.poses, self.kinematics, &mut self.loads);
         let mut sums = Sums { bonds: rows.energy, virial: matrix(&rows.virial), ..Sums::default() };
@@ -384,11 +433,7 @@ impl Particles {
 
     /// Image s of b that a bond of the model leads to.
     fn image(&self, number: usize) -> [i32; 3] {
-        let (bond, centres) = (&self.model.bonds[number], self.model.packing.centres());
-        self.cell.map_or([0; 3], |(start, _)| {
-            let rest = bond.branch - (centres[bond.b as usize] - centres[bond.a as usize]);
-            std::array::from_fn(|i| (rest[i] / start[(i, i)]).round() as i32)
-        })
+        self.images[number].key.map(|k| k as i32)
     }
 
     fn evaluate_contacts(&mut self, step: f64, sums: &mut Sums) -> Result<()> {
@@ -400,7 +445,7 @@ impl Particles {
             positions: &positions,
             radii: &self.radii,
             turned: &turned,
-            cell: self.cell.map(|(start, now)| (now, start)),
+            cell: self.periodic.as_ref().and_then(|p| p.edges.map(|edges| (p.deformation(), edges))),
         };
         let bonded: std::cell::OnceCell<HashSet<(u32, u32, [i32; 3])>> = std::cell::OnceCell::new();
         let is_bonded = |pair| bonded.get_or_init(|| self.bonded_pairs()).contains(&pair);

@@ -8,6 +8,12 @@ use crate::operator::{BondList, Network, NodeField};
 use crate::solver::{BlockJacobi, SolverReport, Stopping, conjugate_gradients};
 use crate::{Error, Result};
 
+/// A load that is left over by more than this share of the largest is not balanced.
+const UNBALANCED: f64 = 1e-4;
+
+/// How many spheres a message lists.
+const LISTED: usize = 8;
+
 /// Components of a sphere that are held at given values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Support {
@@ -84,10 +90,39 @@ pub fn equilibrium(
             "hold every part of the body so that it cannot move freely, or allow more iterations",
         ));
     }
+    refuse_loose(&list, &x, &b, &held)?;
     for (x, g) in x.iter_mut().zip(&given) {
         (0..6).for_each(|i| x[i][0] += g[i][0]);
     }
     Ok(collected(&list, &x, &held, loads, report))
+}
+
+/// A load along a free motion is not balanced, whatever conjugate gradients say of the rest: its spheres are named.
+fn refuse_loose(list: &BondList, x: &[NodeField<1>], b: &[NodeField<1>], held: &[[bool; 6]]) -> Result<()> {
+    let mut k = list.zeros::<1>();
+    list.apply(x, &mut k);
+    let largest = |first: usize| {
+        let free = (0..b.len()).flat_map(|n| (first..first + 3).map(move |i| (n, i))).filter(|&(n, i)| !held[n][i]);
+        free.map(|(n, i)| b[n][i][0].abs().max(k[n][i][0].abs())).fold(f64::MIN_POSITIVE, f64::max)
+    };
+    let scale = [largest(0), largest(3).max(largest(0) * 1e-3)];
+    let off = |place: usize| {
+        (0..6).any(|i| !held[place][i] && (b[place][i][0] - k[place][i][0]).abs() > UNBALANCED * scale[i / 3])
+    };
+    let loose: Vec<usize> = (0..list.nodes()).filter(|&sphere| off(list.place(sphere))).collect();
+    if loose.is_empty() {
+        return Ok(());
+    }
+    let names: Vec<String> = loose.iter().take(LISTED).map(|i| (i + 1).to_string()).collect();
+    Err(Error::input(
+        format!(
+            "nothing holds {} spheres against their loads: number {}{}",
+            loose.len(),
+            names.join(", "),
+            if loose.len() > LISTED { ", …" } else { "" }
+        ),
+        "hold them, load other spheres, or give a larger contact radius",
+    ))
 }
 
 /// Fields by sphere, reactions and energy of a solution.

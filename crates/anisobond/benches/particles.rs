@@ -1,0 +1,158 @@
+//! Spheres in motion: bond updates per second and scaling with their number.
+//! Run with `cargo bench -p anisobond --bench particles [-- PARTS] [--packing FILE]`; parts: `kernel` (forces alone, one
+//! thread and all), `step` (a whole step), `scaling` (to 10⁶ spheres, with the fitted exponent), `static` (the static
+//! element test). Without a packing file the reference packing beside the checkout is used.
+//!
+//! Peers on the same packing: `verification/peers/lammps_bpm.py`.
+
+use std::time::Instant;
+
+use anisobond::calibration::{EllipticFit, LatticeStiffness, TransverseConstants};
+use anisobond::experiment::element_test::ElementTest;
+use anisobond::experiment::particles::{MotionPlan, ParticleMotion};
+use anisobond::lattice::{Lattice, Packing};
+use anisobond::operator::particles::{ParticleModel, Particles, Strength, bulk_masses};
+use anisobond::operator::{Kinematics, Network};
+use nalgebra::Vector3;
+
+/// Seconds of the fastest of several runs.
+fn fastest(runs: usize, mut run: impl FnMut()) -> f64 {
+    let timed = (0..runs).map(|_| {
+        let start = Instant::now();
+        run();
+        start.elapsed().as_secs_f64()
+    });
+    timed.fold(f64::INFINITY, f64::min)
+}
+
+fn packing() -> Packing {
+    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data/woo-packing-2556.txt");
+    let mut given = std::env::args().skip_while(|a| a != "--packing").skip(1);
+    let path = given.next().unwrap_or_else(|| beside.to_string());
+    let text = std::fs::read_to_string(&path).expect("a packing file");
+    let mut lines = text.lines();
+    let numbers = |line: &str| line.split_whitespace().filter_map(|x| x.parse().ok()).collect::<Vec<f64>>();
+    let cell = numbers(lines.next().expect("a first line"));
+    let rows: Vec<Vec<f64>> = lines.map(numbers).filter(|row| row.len() == 4).collect();
+    let centres = rows.iter().map(|r| Vector3::new(r[0], r[1], r[2])).collect();
+    let radii = rows.iter().map(|r| r[3]).collect();
+    Packing::new(Some(Vector3::new(cell[0], cell[1], cell[2])), centres, radii).expect("a valid packing")
+}
+
+/// The packing tiled, with the document's stiffnesses.
+fn network(copies: [usize; 3]) -> (Lattice, Network) {
+    let constants = TransverseConstants { c11: 130e6, c33: 55e6, c13: 28e6, c12: 40e6 };
+    let fit = EllipticFit::new(&constants.stiffness(&Vector3::z()), &Vector3::z()).expect("an admissible rock");
+    let lattice = Lattice::new(packing(), 1.8).and_then(|l| l.tiled(copies)).expect("a valid lattice");
+    let stiffness = LatticeStiffness::new(&lattice, &fit.microplane).expect("positive moduli");
+    let network = Network::new(&lattice, &stiffness);
+    (lattice, network)
+}
+
+/// Spheres that vibrate a little.
+fn moving(copies: [usize; 3], kinematics: Kinematics, breakable: bool) -> Particles {
+    let (lattice, network) = network(copies);
+    let mass = bulk_masses(&lattice.packing, lattice.volume, 2500.0);
+    let mut model = ParticleModel::elastic(lattice.packing, &network, mass, kinematics);
+    if breakable {
+        let strong = Strength { tension: 1e12, cohesion: 1e12, friction_angle: 0.5 };
+        model.strength = Some(vec![strong; model.bonds.len()]);
+    }
+    let mut particles = Particles::new(model).expect("a sound model");
+    for i in 0..particles.len() {
+        let phase = i as f64;
+        particles.move_by(i, &(1e-5 * Vector3::new(phase.sin(), (2.0 * phase).sin(), (3.0 * phase).sin())));
+        particles.turn_by(i, &(1e-4 * Vector3::new((1.5 * phase).sin(), (2.5 * phase).sin(), (3.5 * phase).sin())));
+    }
+    particles
+}
+
+fn pool(threads: usize) -> rayon::ThreadPool {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool")
+}
+
+fn kernel() {
+    println!("forces alone, {} bytes per bond", Particles::BYTES_PER_BOND);
+    for copies in [[1, 1, 1], [2, 2, 2], [4, 4, 3]] {
+        for (name, kinematics, breakable) in [
+            ("linear", Kinematics::Linear, false),
+            ("finite", Kinematics::Finite, false),
+            ("finite, breakable", Kinematics::Finite, true),
+        ] {
+            let mut particles = moving(copies, kinematics, breakable);
+            let bonds = particles.model().bonds.len();
+            let runs = (20_000_000 / bonds).clamp(10, 400);
+            for threads in [1, rayon::current_num_threads()] {
+                let seconds = pool(threads).install(|| fastest(runs, || drop(particles.evaluate(0.0))));
+                println!(
+                    "{:8} spheres {bonds:9} bonds {name:18} {threads} threads: {:8.3} ms, {:6.1}e6 bonds/s",
+                    particles.len(),
+                    1e3 * seconds,
+                    1e-6 * bonds as f64 / seconds
+                );
+            }
+        }
+    }
+}
+
+fn stepped(copies: [usize; 3], threads: usize, steps: usize) -> (usize, usize, f64) {
+    let particles = moving(copies, Kinematics::Finite, false);
+    let (spheres, bonds) = (particles.len(), particles.model().bonds.len());
+    pool(threads).install(|| {
+        let mut motion = ParticleMotion::new(particles, Vec::new(), &MotionPlan::default()).expect("a sound plan");
+        let seconds = fastest(steps, || motion.advance().expect("a stable step"));
+        (spheres, bonds, seconds)
+    })
+}
+
+fn step() {
+    println!("whole steps (finite): kick, drift, forces, energies");
+    for threads in [1, rayon::current_num_threads()] {
+        for copies in [[1, 1, 1], [2, 2, 2]] {
+            let (spheres, bonds, seconds) = stepped(copies, threads, 50);
+            println!(
+                "{spheres:8} spheres {threads} threads: {:8.3} ms, {:6.1}e6 bonds/s",
+                1e3 * seconds,
+                1e-6 * bonds as f64 / seconds
+            );
+        }
+    }
+}
+
+fn scaling() {
+    println!("scaling, one thread");
+    let mut points = Vec::new();
+    for copies in [[1, 1, 1], [2, 1, 1], [2, 2, 1], [2, 2, 2], [4, 2, 2], [4, 4, 2], [4, 4, 4], [6, 6, 5], [8, 7, 7]] {
+        let (spheres, bonds, seconds) = stepped(copies, 1, 8);
+        println!("{spheres:8} spheres: {:9.3} ms, {:6.1}e6 bonds/s", 1e3 * seconds, 1e-6 * bonds as f64 / seconds);
+        points.push(((spheres as f64).ln(), seconds.ln()));
+    }
+    let n = points.len() as f64;
+    let mean = points.iter().fold((0.0, 0.0), |m, p| (m.0 + p.0 / n, m.1 + p.1 / n));
+    let (xy, xx) =
+        points.iter().fold((0.0, 0.0), |s, p| (s.0 + (p.0 - mean.0) * (p.1 - mean.1), s.1 + (p.0 - mean.0).powi(2)));
+    println!("time of a step ~ spheres^{:.3}", xy / xx);
+}
+
+fn statics() {
+    let (_, network) = network([1, 1, 1]);
+    for threads in [1, rayon::current_num_threads()] {
+        let seconds = pool(threads)
+            .install(|| fastest(5, || drop(ElementTest::default().run(&network).expect("a sound lattice"))));
+        println!(
+            "static element test, six cases, {threads} threads: {:.1} ms (Yade relaxes one in 6 s)",
+            1e3 * seconds
+        );
+    }
+}
+
+fn main() {
+    let asked: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
+    let parts: [(&str, fn()); 4] = [("kernel", kernel), ("step", step), ("scaling", scaling), ("static", statics)];
+    let any = parts.iter().any(|(name, _)| asked.iter().any(|a| a == name));
+    for (name, part) in parts {
+        if !any || asked.iter().any(|a| a == name) {
+            part();
+        }
+    }
+}
