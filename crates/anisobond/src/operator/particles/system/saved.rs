@@ -65,7 +65,7 @@ impl Particles {
         keep("turn", poses.iter().flat_map(|p| p.turn).collect());
         keep("velocity", flat(&self.velocity));
         keep("spin", flat(&self.spin));
-        keep("cell", self.cell.map_or(Vec::new(), |(_, now)| now.iter().copied().collect()));
+        keep("cell", self.periodic.map_or(Vec::new(), |p| p.change.iter().copied().collect()));
         let words = self
             .whole
             .chunks(64)
@@ -87,7 +87,7 @@ impl Particles {
         let turn = snapshot.take_numbers("turn", Some(4 * n))?;
         let (velocity, spin) =
             (snapshot.take_numbers("velocity", Some(3 * n))?, snapshot.take_numbers("spin", Some(3 * n))?);
-        let cell = snapshot.take_numbers("cell", Some(if self.cell.is_some() { 9 } else { 0 }))?;
+        let cell = snapshot.take_numbers("cell", Some(if self.periodic.is_some() { 9 } else { 0 }))?;
         let whole = snapshot.take_words("whole", Some(self.whole.len().div_ceil(64)))?;
         if let Some(contacts) = &mut self.contacts {
             contacts.go_on(&mut snapshot, n)?;
@@ -99,8 +99,8 @@ impl Particles {
         }
         self.velocity = vectors(&velocity);
         self.spin = vectors(&spin);
-        if let Some((_, now)) = &mut self.cell {
-            *now = Matrix3::from_column_slice(&cell);
+        if let Some(periodic) = &mut self.periodic {
+            periodic.change = Matrix3::from_column_slice(&cell);
         }
         for bond in 0..self.whole.len() {
             if self.whole[bond] && whole[bond / 64] >> (bond % 64) & 1 == 0 {
