@@ -54,7 +54,7 @@ pub struct PackingSimulation {
 
 /// Motion or equilibrium.
 enum Stage {
-    Motion { verlet: Verlet, evidence: StepEvidence, servo: Option<Servo>, fastest: f64, last: Work },
+    Motion { verlet: Verlet, evidence: StepEvidence, servo: Option<Box<Servo>>, fastest: f64, last: Work },
     Equilibrium { external: External, last: Option<SolverReport> },
 }
 
@@ -120,7 +120,7 @@ impl PackingSimulation {
     }
 
     /// The servo that drives the cell, if any.
-    fn servo(&self) -> Result<Option<Servo>> {
+    fn servo(&self) -> Result<Option<Box<Servo>>> {
         let Some(plan) = &self.problem.servo else { return Ok(None) };
         if !self.problem.is_periodic() {
             return Err(Error::input(
@@ -134,7 +134,7 @@ impl PackingSimulation {
         let network = Network { nodes, bonds: model.bonds.clone(), volume, nodal: None };
         let controls = [Control::Rate(0.0); 6];
         let stiffness = affine_stiffness(&network)?;
-        Ok(Some(Servo { controls, gain: plan.gain, fastest: plan.fastest, stiffness }))
+        Ok(Some(Box::new(Servo { controls, gain: plan.gain, fastest: plan.fastest, stiffness })))
     }
 
     /// Do one time step or one load step.
