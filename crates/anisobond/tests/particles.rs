@@ -618,15 +618,9 @@ fn waves_travel_as_the_measured_tensor_says() {
     let (lattice, one) = network(&jittered(4, 61, 0.15), 1.5);
     let tensor = ElementTest::default().run(&one).unwrap().measured;
     let long = lattice.tiled([6, 1, 1]).unwrap();
-    // Tiling keeps every bond: stiffnesses repeat in the same order of (a, b).
     let constants = TransverseConstants { c11: 130e6, c33: 55e6, c13: 28e6, c12: 40e6 };
     let fit = EllipticFit::new(&constants.stiffness(&Vector3::z()), &Vector3::z()).unwrap();
-    let network = Network::new(
-        &long,
-        &LatticeStiffness::new(&lattice, &fit.microplane)
-            .map(|_| LatticeStiffness::new(&long, &fit.microplane).unwrap())
-            .unwrap(),
-    );
+    let network = Network::new(&long, &LatticeStiffness::new(&long, &fit.microplane).unwrap());
     let acoustic = Matrix3::from_fn(|i, k| tensor.component(i, 0, k, 0));
     let eigen = acoustic.symmetric_eigen();
     let length = long.packing.cell().unwrap().x;
@@ -674,7 +668,8 @@ fn a_tiled_lattice_is_the_lattice_of_the_tiled_packing() {
     assert_eq!(key(&tiled), key(&searched));
     let (_, many) = network(&tiled.packing, 1.5);
     let test = |network: &Network| ElementTest::default().run(network).unwrap().measured;
-    assert!(test(&many).relative_error(&test(&one)) < 0.2);
+    // A periodic medium is the same medium, however many of its cells are looked at.
+    assert!(test(&many).relative_error(&test(&one)) < 1e-6);
     assert!(lattice.tiled([0, 1, 1]).is_err() && lattice.tiled([100_000, 100_000, 1]).is_err());
 }
 

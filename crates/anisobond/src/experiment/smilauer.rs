@@ -22,6 +22,9 @@ const SPHERES: usize = 2556;
 /// Agreement asked of the dynamic test: S let the lateral stresses stand at 10⁻³ of the axial one.
 const STRESS_TOLERANCE: f64 = 1e-3;
 
+/// Agreement asked of components computed from those tests: C12 takes on up to three times the relative errors of E and ν.
+const COMPONENT_TOLERANCE: f64 = 3.0 * STRESS_TOLERANCE;
+
 const TRUNCATED: &str = "the printed errors are truncated to whole percents, not rounded";
 
 /// The five components that S tabulates, as rows and columns of the Voigt matrix.
@@ -200,7 +203,8 @@ fn stiffness_rows(fit: &EllipticFit, summed: &Stiffness, e: &EngineeringConstant
         for k in 0..5 {
             let quantity = format!("{row}: {}{unit}", COMPONENTS[k].0);
             let found = value("Stiffness table", quantity, published[k], reference[k], tolerance, ours[k]);
-            all.push(noted(found, note));
+            let accuracy = if (row, unit) == ("simulations", " (MPa)") { COMPONENT_TOLERANCE } else { 0.0 };
+            all.push(Finding { stated_accuracy: accuracy, ..noted(found, note) });
         }
     }
     all

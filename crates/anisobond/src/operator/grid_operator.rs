@@ -12,7 +12,7 @@ pub enum Kinematics {
     /// Small displacements: the force is linear in them (P eqs 14-15).
     #[default]
     Linear,
-    /// Finite stretch along the deformed bond (P eq 5).
+    /// Finite stretch along the deformed bond (P eq 5); of spheres, finite rotations too.
     Finite,
 }
 

@@ -8,7 +8,7 @@ mod aligned;
 mod build;
 mod hybrid;
 mod kernels;
-mod lanes;
+pub(super) mod lanes;
 mod law;
 mod layout;
 mod linear_operator;

@@ -18,9 +18,12 @@
 
 use rayon::prelude::*;
 
+use super::gather::Others;
 use super::pose::Pose;
 use super::rows::{Block, BlockStrength, LANES, NO_BOND, Rows};
+use super::three::Three;
 use crate::operator::Kinematics;
+use crate::operator::grid::lanes::{Avx2, Avx512, InstructionSet, Lanes, Portable};
 
 /// Force (N) and moment (N·m) on a particle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -44,16 +47,23 @@ pub(super) struct RowSums {
 /// Particles per piece of work; sums are taken piece by piece in their order, so that threads do not change them.
 const CHUNK: usize = 128;
 
-/// Eight numbers.
-type V = [f64; LANES];
-type V3 = [V; 3];
+/// What the kernel reads.
+#[derive(Clone, Copy)]
+pub(super) struct At<'a> {
+    pub rows: &'a Rows,
+    /// Particles, then copies of periodic images: as many as the rows' numbers reach.
+    pub poses: &'a [Pose],
+    pub kinematics: Kinematics,
+    /// Whether Σ F⊗l is summed.
+    pub virial: bool,
+}
 
 /// Forces and moments of all bonds on particles, and their sums.
-pub(super) fn forces(rows: &Rows, poses: &[Pose], kinematics: Kinematics, loads: &mut [Load]) -> RowSums {
+pub(super) fn forces(at: &At, loads: &mut [Load]) -> RowSums {
     if loads.len() <= CHUNK {
         // Small bodies are not worth waking other threads; the sums are those of one piece either way.
         let mut sums = RowSums::default();
-        piece(rows, poses, kinematics, 0, loads, &mut sums);
+        piece(at, 0, loads, &mut sums);
         return sums;
     }
     let pieces: Vec<RowSums> = loads
@@ -61,7 +71,7 @@ pub(super) fn forces(rows: &Rows, poses: &[Pose], kinematics: Kinematics, loads:
         .enumerate()
         .map(|(chunk, loads)| {
             let mut sums = RowSums::default();
-            piece(rows, poses, kinematics, chunk * CHUNK, loads, &mut sums);
+            piece(at, chunk * CHUNK, loads, &mut sums);
             sums
         })
         .collect();
@@ -74,275 +84,275 @@ pub(super) fn forces(rows: &Rows, poses: &[Pose], kinematics: Kinematics, loads:
     total
 }
 
-/// Particles first … first + loads.len(), with the widest vectors of the processor. Without fused multiply-add, so that
-/// bits do not depend on the processor.
-pub(super) fn piece(
-    rows: &Rows,
-    poses: &[Pose],
-    kinematics: Kinematics,
-    first: usize,
-    loads: &mut [Load],
-    sums: &mut RowSums,
-) {
-    #[cfg(target_arch = "x86_64")]
-    {
-        if is_x86_feature_detected!("avx512f") {
-            // SAFETY: the processor has the features that the function was compiled for.
-            return unsafe { with_avx512(rows, poses, kinematics, first, loads, sums) };
-        }
-        if is_x86_feature_detected!("avx2") {
-            // SAFETY: as above.
-            return unsafe { with_avx2(rows, poses, kinematics, first, loads, sums) };
-        }
-    }
-    each_row(rows, poses, kinematics, first, loads, sums);
-}
-
-/// [`each_row`] with 512-bit vectors.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512dq,avx512vl")]
-fn with_avx512(rows: &Rows, poses: &[Pose], kin: Kinematics, first: usize, loads: &mut [Load], sums: &mut RowSums) {
-    each_row(rows, poses, kin, first, loads, sums);
-}
-
-/// [`each_row`] with 256-bit vectors.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn with_avx2(rows: &Rows, poses: &[Pose], kin: Kinematics, first: usize, loads: &mut [Load], sums: &mut RowSums) {
-    each_row(rows, poses, kin, first, loads, sums);
-}
-
-#[inline(always)]
-fn each_row(rows: &Rows, poses: &[Pose], kin: Kinematics, first: usize, loads: &mut [Load], sums: &mut RowSums) {
-    match (kin, rows.strength.is_empty()) {
-        (Kinematics::Linear, true) => all_rows::<false, false>(rows, poses, first, loads, sums),
-        (Kinematics::Linear, false) => all_rows::<false, true>(rows, poses, first, loads, sums),
-        (Kinematics::Finite, true) => all_rows::<true, false>(rows, poses, first, loads, sums),
-        (Kinematics::Finite, false) => all_rows::<true, true>(rows, poses, first, loads, sums),
+/// Particles first … first + loads.len(), with the widest vectors of the processor. Those use fused multiply-add, so that
+/// instruction sets differ by rounding.
+pub(super) fn piece(at: &At, first: usize, loads: &mut [Load], sums: &mut RowSums) {
+    match InstructionSet::best() {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: the processor has the features that the function was compiled for.
+        InstructionSet::Avx512 => unsafe { with_avx512(at, first, loads, sums) },
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: as above.
+        InstructionSet::Avx2 => unsafe { with_avx2(at, first, loads, sums) },
+        // SAFETY: portable vectors need nothing.
+        _ => unsafe { all_rows::<Portable<f64, 4>>(at, first, loads, sums) },
     }
 }
 
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512dq,avx512bw,avx512vl,avx2,fma")]
+fn with_avx512(at: &At, first: usize, loads: &mut [Load], sums: &mut RowSums) {
+    // SAFETY: this function is compiled for the set.
+    unsafe { all_rows::<Avx512<f64>>(at, first, loads, sums) }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn with_avx2(at: &At, first: usize, loads: &mut [Load], sums: &mut RowSums) {
+    // SAFETY: this function is compiled for the set.
+    unsafe { all_rows::<Avx2<f64>>(at, first, loads, sums) }
+}
+
+/// # Safety
+/// The processor has the instruction set of L.
 #[inline(always)]
-fn all_rows<const FINITE: bool, const BREAKS: bool>(
-    rows: &Rows,
-    poses: &[Pose],
-    first: usize,
-    loads: &mut [Load],
-    sums: &mut RowSums,
-) {
-    let mut energy = [0.0; LANES];
-    let mut virial = [[0.0; LANES]; 9];
-    for (i, load) in loads.iter_mut().enumerate() {
-        let particle = first + i;
-        let (mut force, mut moment) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+unsafe fn all_rows<L: Lanes<T = f64>>(at: &At, first: usize, loads: &mut [Load], sums: &mut RowSums) {
+    // SAFETY: the caller's contract; loads and stores are within blocks, which are aligned to 64 bytes and hold 8 numbers,
+    // of which L takes a part that divides them.
+    unsafe {
+        let mut all = Totals::<L> { energy: L::splat(0.0), virial: [Three::zero(); 3] };
+        for (i, load) in loads.iter_mut().enumerate() {
+            row(at, first + i, load, &mut all, sums);
+        }
+        // Every bond was met twice.
+        sums.energy += 0.5 * total(all.energy);
+        for i in 0..3 {
+            for j in 0..3 {
+                sums.virial[3 * i + j] += 0.5 * total(all.virial[i].0[j]);
+            }
+        }
+    }
+}
+
+/// Sums over rows.
+struct Totals<L> {
+    energy: L,
+    virial: [Three<L>; 3],
+}
+
+/// The row of one particle.
+///
+/// # Safety
+/// As [`all_rows`].
+#[inline(always)]
+unsafe fn row<L: Lanes<T = f64>>(at: &At, particle: usize, load: &mut Load, all: &mut Totals<L>, sums: &mut RowSums) {
+    let rows = at.rows;
+    // SAFETY: the caller's contract.
+    unsafe {
+        let own = Own::<L>::new(&at.poses[particle]);
+        let (mut force, mut moment) = (Three::zero(), Three::zero());
         for number in rows.start[particle] as usize..rows.start[particle + 1] as usize {
             let block = &rows.blocks[number];
-            let mut half = if FINITE { finite(block, poses, particle) } else { linear(block, poses, particle) };
-            if BREAKS {
-                weed_broken(&mut half, block, &rows.strength[number], sums);
-            }
-            for l in 0..LANES {
-                energy[l] += half.energy[l];
-            }
-            for i in 0..3 {
-                for l in 0..LANES {
-                    force[i][l] += half.force[i][l];
-                    moment[i][l] += half.moment[i][l];
+            let others = Others::gather::<L>(at.poses, &block.to);
+            for part in (0..LANES).step_by(L::N) {
+                let mut some = match at.kinematics {
+                    Kinematics::Finite => finite(block, part, &own, &others),
+                    Kinematics::Linear => linear(block, part, &own, &others),
+                };
+                if let Some(strength) = rows.strength.get(number) {
+                    weed_broken(&mut some, block, part, strength, sums);
                 }
-                for j in 0..3 {
-                    for l in 0..LANES {
-                        virial[3 * i + j][l] += half.force[i][l] * half.branch[j][l];
+                all.energy = all.energy.add(some.energy);
+                force = force.add(some.force);
+                moment = moment.add(some.moment);
+                if at.virial {
+                    for i in 0..3 {
+                        all.virial[i] = all.virial[i].add_times(some.force.0[i], some.branch);
                     }
                 }
             }
         }
-        for i in 0..3 {
-            load.force[i] = total(&force[i]);
-            load.moment[i] = total(&moment[i]);
-        }
-    }
-    // Every bond was met twice.
-    sums.energy += 0.5 * total(&energy);
-    for (sum, v) in sums.virial.iter_mut().zip(&virial) {
-        *sum += 0.5 * total(v);
+        load.force = force.0.map(|f| total(f));
+        load.moment = moment.0.map(|m| total(m));
     }
 }
 
-/// What eight half bonds do to their particle.
-struct Eight {
-    force: V3,
-    moment: V3,
-    branch: V3,
-    energy: V,
+/// The particle's own pose, in all lanes.
+struct Own<L> {
+    u: Three<L>,
+    /// Vector part of the quaternion, or θ.
+    v: Three<L>,
+    w: L,
+}
+
+impl<L: Lanes<T = f64>> Own<L> {
+    /// # Safety
+    /// The instruction set of L.
+    #[inline(always)]
+    unsafe fn new(pose: &Pose) -> Self {
+        // SAFETY: the caller's contract.
+        unsafe {
+            let three = |x: &[f64; 4]| Three([L::splat(x[0]), L::splat(x[1]), L::splat(x[2])]);
+            Own { u: three(&pose.displacement), v: three(&pose.turn), w: L::splat(pose.turn[3]) }
+        }
+    }
+}
+
+/// What some half bonds do to their particle.
+struct Halves<L> {
+    force: Three<L>,
+    moment: Three<L>,
+    branch: Three<L>,
+    energy: L,
     /// Normal force, tension positive, and squared shear force (N, N²).
-    normal: V,
-    shear_squared: V,
+    normal: L,
+    shear_squared: L,
 }
 
+/// # Safety
+/// As [`all_rows`].
 #[inline(always)]
-fn finite(block: &Block, poses: &[Pose], particle: usize) -> Eight {
-    let own = &poses[particle];
-    let mut d = [[0.0; LANES]; 3];
-    let mut q = [[0.0; LANES]; 4];
-    for l in 0..LANES {
-        let other = &poses[block.to[l] as usize];
-        for i in 0..3 {
-            d[i][l] = other.displacement[i];
-        }
-        for i in 0..4 {
-            q[i][l] = other.turn[i];
+unsafe fn finite<L: Lanes<T = f64>>(block: &Block, part: usize, own: &Own<L>, others: &Others) -> Halves<L> {
+    // SAFETY: the caller's contract.
+    unsafe {
+        let (n0, l0) = (Three::load(&block.n, part), L::load(&block.length[part]));
+        let d = Three::load(&others.displacement, part).sub(own.u);
+        let rest = n0.times(l0);
+        let l = rest.add(d);
+        let length = l.dot(l).sqrt();
+        // ℓ − ℓ₀ = d·(l + l₀)/(ℓ + ℓ₀) keeps the digits of small strains; one division serves 1/ℓ too.
+        let sum = length.add(l0);
+        let inverse = L::splat(1.0).div(length.mul(sum));
+        let stretch = d.dot(l.add(rest)).mul(length.mul(inverse));
+        let n = l.times(sum.mul(inverse));
+        let pa = turned(own.v, own.w, n0);
+        let pb = turned(Three::load4(&others.turn, part), L::load(&others.turn[3][part]), n0);
+        let half = L::splat(0.5);
+        let m = pa.add(pb).times(half);
+        let nm = n.dot(m);
+        let t = m.sub_times(nm, n);
+        let tt = t.dot(t);
+        let (kn, kt) = (L::load(&block.kn[part]), L::load(&block.kt[part]).mul(l0));
+        let half_kt = half.mul(kt);
+        let elastic = kn.mul(stretch);
+        let normal = half_kt.mul_add(tt, elastic);
+        let shear = kt.mul(nm);
+        let arm = half_kt.mul(length);
+        Halves {
+            force: n.times(normal).sub_times(shear, t),
+            // −½ k_t ℓ ℓ₀ p_a×τ.
+            moment: t.cross(pa).times(arm),
+            branch: l,
+            energy: half.mul(elastic).mul_add(stretch, arm.mul(tt)),
+            normal,
+            shear_squared: shear.mul(shear).mul(tt),
         }
     }
-    for i in 0..3 {
-        for l in 0..LANES {
-            d[i][l] -= own.displacement[i];
-        }
-    }
-    let n0 = &block.n;
-    let qa = own.turn.map(|x| [x; LANES]);
-    let pa = turned(&qa, n0);
-    let pb = turned(&q, n0);
-    let mut e = Eight {
-        force: [[0.0; LANES]; 3],
-        moment: [[0.0; LANES]; 3],
-        branch: [[0.0; LANES]; 3],
-        energy: [0.0; LANES],
-        normal: [0.0; LANES],
-        shear_squared: [0.0; LANES],
-    };
-    for l in 0..LANES {
-        let l0 = block.length[l];
-        let (n0x, n0y, n0z) = (n0[0][l], n0[1][l], n0[2][l]);
-        let (dx, dy, dz) = (d[0][l], d[1][l], d[2][l]);
-        let (lx, ly, lz) = (l0 * n0x + dx, l0 * n0y + dy, l0 * n0z + dz);
-        let length = (lx * lx + ly * ly + lz * lz).sqrt();
-        // ℓ² − ℓ₀² = d·(l + l₀), which keeps the digits of small strains.
-        let square = dx * (lx + l0 * n0x) + dy * (ly + l0 * n0y) + dz * (lz + l0 * n0z);
-        let stretch = square / (length + l0);
-        let per = 1.0 / length;
-        let (nx, ny, nz) = (lx * per, ly * per, lz * per);
-        let mx = 0.5 * (pa[0][l] + pb[0][l]);
-        let my = 0.5 * (pa[1][l] + pb[1][l]);
-        let mz = 0.5 * (pa[2][l] + pb[2][l]);
-        let nm = nx * mx + ny * my + nz * mz;
-        let (tx, ty, tz) = (mx - nm * nx, my - nm * ny, mz - nm * nz);
-        let tt = tx * tx + ty * ty + tz * tz;
-        let kt = block.kt[l] * l0;
-        let half = 0.5 * kt;
-        let normal = block.kn[l] * stretch + half * tt;
-        let shear = -kt * nm;
-        e.force[0][l] = normal * nx + shear * tx;
-        e.force[1][l] = normal * ny + shear * ty;
-        e.force[2][l] = normal * nz + shear * tz;
-        let half = -half * length;
-        e.moment[0][l] = half * (pa[1][l] * tz - pa[2][l] * ty);
-        e.moment[1][l] = half * (pa[2][l] * tx - pa[0][l] * tz);
-        e.moment[2][l] = half * (pa[0][l] * ty - pa[1][l] * tx);
-        e.branch[0][l] = lx;
-        e.branch[1][l] = ly;
-        e.branch[2][l] = lz;
-        e.energy[l] = 0.5 * (block.kn[l] * stretch * stretch + kt * length * tt);
-        e.normal[l] = normal;
-        e.shear_squared[l] = shear * shear * tt;
-    }
-    e
 }
 
 /// R n₀ = n₀ + w t + v×t, t = 2 v×n₀, of unit quaternions (v, w).
+///
+/// # Safety
+/// As [`all_rows`].
 #[inline(always)]
-fn turned(q: &[V; 4], n: &V3) -> V3 {
-    let mut p = [[0.0; LANES]; 3];
-    for l in 0..LANES {
-        let (x, y, z, w) = (q[0][l], q[1][l], q[2][l], q[3][l]);
-        let (nx, ny, nz) = (n[0][l], n[1][l], n[2][l]);
-        let (tx, ty, tz) = (2.0 * (y * nz - z * ny), 2.0 * (z * nx - x * nz), 2.0 * (x * ny - y * nx));
-        p[0][l] = nx + w * tx + (y * tz - z * ty);
-        p[1][l] = ny + w * ty + (z * tx - x * tz);
-        p[2][l] = nz + w * tz + (x * ty - y * tx);
+unsafe fn turned<L: Lanes<T = f64>>(v: Three<L>, w: L, n: Three<L>) -> Three<L> {
+    // SAFETY: the caller's contract.
+    unsafe {
+        let t = v.cross(n);
+        let t = t.add(t);
+        n.add_times(w, t).add(v.cross(t))
     }
-    p
 }
 
+/// # Safety
+/// As [`all_rows`].
 #[inline(always)]
-fn linear(block: &Block, poses: &[Pose], particle: usize) -> Eight {
-    let own = &poses[particle];
-    let mut d = [[0.0; LANES]; 3];
-    let mut t = [[0.0; LANES]; 3];
-    for l in 0..LANES {
-        let other = &poses[block.to[l] as usize];
-        for i in 0..3 {
-            d[i][l] = other.displacement[i] - own.displacement[i];
-            t[i][l] = other.turn[i] + own.turn[i];
+unsafe fn linear<L: Lanes<T = f64>>(block: &Block, part: usize, own: &Own<L>, others: &Others) -> Halves<L> {
+    // SAFETY: the caller's contract.
+    unsafe {
+        let (n, length) = (Three::load(&block.n, part), L::load(&block.length[part]));
+        let half = L::splat(0.5);
+        let arm = half.mul(length);
+        let d = Three::load(&others.displacement, part).sub(own.u);
+        let turn = Three::load4(&others.turn, part).add(own.v);
+        let slip = d.sub_times(arm, turn.cross(n));
+        let stretch = n.dot(slip);
+        let t = slip.sub_times(stretch, n);
+        let tt = t.dot(t);
+        let (kn, kt) = (L::load(&block.kn[part]), L::load(&block.kt[part]));
+        let normal = kn.mul(stretch);
+        Halves {
+            force: n.times(normal).add_times(kt, t),
+            moment: n.cross(t).times(arm.mul(kt)),
+            branch: n.times(length),
+            energy: half.mul(normal.mul_add(stretch, kt.mul(tt))),
+            normal,
+            shear_squared: kt.mul(kt).mul(tt),
         }
     }
-    let mut e = Eight {
-        force: [[0.0; LANES]; 3],
-        moment: [[0.0; LANES]; 3],
-        branch: [[0.0; LANES]; 3],
-        energy: [0.0; LANES],
-        normal: [0.0; LANES],
-        shear_squared: [0.0; LANES],
-    };
-    for l in 0..LANES {
-        let (nx, ny, nz) = (block.n[0][l], block.n[1][l], block.n[2][l]);
-        let half = 0.5 * block.length[l];
-        let sx = d[0][l] - half * (t[1][l] * nz - t[2][l] * ny);
-        let sy = d[1][l] - half * (t[2][l] * nx - t[0][l] * nz);
-        let sz = d[2][l] - half * (t[0][l] * ny - t[1][l] * nx);
-        let stretch = nx * sx + ny * sy + nz * sz;
-        let (tx, ty, tz) = (sx - stretch * nx, sy - stretch * ny, sz - stretch * nz);
-        let tt = tx * tx + ty * ty + tz * tz;
-        let (normal, kt) = (block.kn[l] * stretch, block.kt[l]);
-        e.force[0][l] = normal * nx + kt * tx;
-        e.force[1][l] = normal * ny + kt * ty;
-        e.force[2][l] = normal * nz + kt * tz;
-        let arm = half * kt;
-        e.moment[0][l] = arm * (ny * tz - nz * ty);
-        e.moment[1][l] = arm * (nz * tx - nx * tz);
-        e.moment[2][l] = arm * (nx * ty - ny * tx);
-        e.branch[0][l] = block.length[l] * nx;
-        e.branch[1][l] = block.length[l] * ny;
-        e.branch[2][l] = block.length[l] * nz;
-        e.energy[l] = 0.5 * (normal * stretch + kt * tt);
-        e.normal[l] = normal;
-        e.shear_squared[l] = kt * kt * tt;
-    }
-    e
 }
 
 /// Bonds above their strength carry nothing from now on, and are reported.
+///
+/// # Safety
+/// As [`all_rows`].
 #[inline(always)]
-fn weed_broken(e: &mut Eight, block: &Block, strength: &BlockStrength, sums: &mut RowSums) {
-    let mut any = false;
-    let mut over = [false; LANES];
-    for l in 0..LANES {
-        let hold = strength.cohesion[l] - e.normal[l] * strength.slope[l];
-        // Not only `above`: shear beyond a limit below zero breaks even if it is zero.
-        over[l] = e.normal[l] > strength.tension[l] || hold < 0.0 || e.shear_squared[l] > hold * hold;
-        any |= over[l];
+unsafe fn weed_broken<L: Lanes<T = f64>>(
+    some: &mut Halves<L>,
+    block: &Block,
+    part: usize,
+    strength: &BlockStrength,
+    sums: &mut RowSums,
+) {
+    // SAFETY: the caller's contract.
+    unsafe {
+        let hold = some.normal.neg_mul_add(L::load(&strength.slope[part]), L::load(&strength.cohesion[part]));
+        let pulled = L::bits(some.normal.above(L::load(&strength.tension[part])));
+        let sheared = L::bits(some.shear_squared.above(hold.mul(hold)));
+        // Shear beyond a limit below zero breaks even if it is zero.
+        let over = pulled | sheared | L::bits(L::splat(0.0).above(hold));
+        if over != 0 {
+            report_broken(&energies(some.energy), block, part, over, sums);
+            let whole = L::mask(!over);
+            some.energy = some.energy.keep(whole);
+            some.force = some.force.keep(whole);
+            some.moment = some.moment.keep(whole);
+        }
     }
-    if any {
-        report_broken(e, block, &over, sums);
-    }
+}
+
+/// # Safety
+/// The instruction set of L.
+#[inline(always)]
+unsafe fn energies<L: Lanes<T = f64>>(energy: L) -> [f64; LANES] {
+    let mut numbers = Aligned([0.0; LANES]);
+    // SAFETY: the caller's contract; eight aligned numbers hold any vector.
+    unsafe { energy.store(numbers.0.as_mut_ptr()) };
+    numbers.0
 }
 
 #[cold]
 #[inline(never)]
-fn report_broken(e: &mut Eight, block: &Block, over: &[bool; LANES], sums: &mut RowSums) {
-    for l in (0..LANES).filter(|&l| over[l]) {
-        let carries = block.kn[l] > 0.0 || block.kt[l] > 0.0;
-        if carries && block.bond[l] != NO_BOND {
-            sums.broken.push((block.bond[l], e.energy[l]));
-        }
-        e.energy[l] = 0.0;
-        for i in 0..3 {
-            (e.force[i][l], e.moment[i][l]) = (0.0, 0.0);
+fn report_broken(energy: &[f64; LANES], block: &Block, part: usize, over: u32, sums: &mut RowSums) {
+    for l in (0..LANES - part).filter(|l| over >> l & 1 == 1) {
+        let lane = part + l;
+        let carries = block.kn[lane] > 0.0 || block.kt[lane] > 0.0;
+        if carries && block.bond[lane] != NO_BOND {
+            sums.broken.push((block.bond[lane], energy[l]));
         }
     }
 }
 
-/// Sum of eight, in pairs.
+#[repr(align(64))]
+struct Aligned([f64; LANES]);
+
+/// Sum over the lanes, in pairs.
+///
+/// # Safety
+/// The instruction set of L.
 #[inline(always)]
-fn total(v: &V) -> f64 {
+unsafe fn total<L: Lanes<T = f64>>(v: L) -> f64 {
+    // SAFETY: the caller's contract.
+    let v = unsafe { energies(v) };
     ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7]))
 }

@@ -4,6 +4,7 @@
 //! moves the state is `solver::particles`.
 
 mod contact;
+mod gather;
 mod ghosts;
 mod kernel;
 mod model;
@@ -11,6 +12,7 @@ pub mod naive;
 mod pose;
 mod rows;
 mod system;
+mod three;
 
 pub use contact::{ContactLaw, TouchingPair};
 pub use model::{ParticleModel, Strength, bulk_masses, sphere_masses};

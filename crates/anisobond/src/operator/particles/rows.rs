@@ -36,6 +36,7 @@ pub(super) const NO_BOND: u32 = u32::MAX;
 
 /// Strengths of the eight.
 #[derive(Clone, Debug)]
+#[repr(C, align(64))]
 pub(super) struct BlockStrength {
     pub tension: [f64; LANES],
     pub cohesion: [f64; LANES],

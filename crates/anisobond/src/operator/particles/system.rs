@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use super::contact::{Contacts, Scene, TouchingPair, ordered};
 use super::ghosts::{Ghosts, Image};
-use super::kernel::{Load, RowSums, forces, piece};
+use super::kernel::{At, Load, RowSums, forces, piece};
 use super::model::ParticleModel;
 use super::pose::Pose;
 use super::rows::{Rows, images, unknown_images};
@@ -29,7 +29,8 @@ pub struct Sums {
     pub bonds: f64,
     /// Energy of contacts (J), of their shear as far as it is stored.
     pub contacts: f64,
-    /// Σ F⊗l over bonds and contacts (J), F on the particle from which l leads: V times the mean stress.
+    /// Σ F⊗l over bonds and contacts (J), F on the particle from which l leads: V times the mean stress. Of a free body
+    /// that of contacts alone.
     pub virial: Matrix3<f64>,
     /// What broke in this evaluation.
     pub broken: Broken,
@@ -384,7 +385,10 @@ impl Particles {
         if let Some(periodic) = &self.periodic {
             self.ghosts.refresh(&mut self.poses, n, &periodic.change);
         }
-        let rows = forces(&self.rows, &self.poses, self.kinematics, &mut self.loads);
+        let rows = forces(
+            &At { rows: &self.rows, poses: &self.poses, kinematics: self.kinematics, virial: self.periodic.is_some() },
+            &mut self.loads,
+        );
         let mut sums = Sums { bonds: rows.energy, virial: matrix(&rows.virial), ..Sums::default() };
         if !rows.broken.is_empty() {
             sums.broken = self.break_bonds(&rows.broken, &mut sums);
@@ -416,7 +420,8 @@ impl Particles {
     /// Forces on one particle anew.
     fn again(&mut self, place: usize) {
         let mut ignored = RowSums::default();
-        piece(&self.rows, &self.poses, self.kinematics, place, &mut self.loads[place..=place], &mut ignored);
+        let at = At { rows: &self.rows, poses: &self.poses, kinematics: self.kinematics, virial: false };
+        piece(&at, place, &mut self.loads[place..=place], &mut ignored);
     }
 
     fn remove_bond(&mut self, number: usize) {

@@ -53,6 +53,9 @@ impl Servo {
                 }
             }
         }
+        if driven.is_empty() {
+            return Ok(gradient);
+        }
         let n = driven.len();
         let block = DMatrix::from_fn(n, n, |p, q| self.stiffness[(driven[p], driven[q])]);
         let answer = block.lu().solve(&DVector::from_vec(missing)).ok_or_else(|| {
