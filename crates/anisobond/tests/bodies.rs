@@ -193,15 +193,15 @@ fn breaking(step: f64) -> Problem {
     case([20, 6, 4], &text)
 }
 
-/// Where bonds break the drift falls at least with Δt: a bond is seen to break up to a step late.
+/// Where bonds break, energies balance to rounding at any step: each is booked with what the scheme loses by it.
 #[test]
-fn energies_of_breaking_motion_drift_with_the_step() {
+fn energies_of_breaking_motion_balance_at_any_step() {
     let ends = [160.0, 40.0, 10.0].map(|step| *run(breaking(step)).ledger());
     for ledger in &ends {
         assert!(ledger.broken_bonds > 50 && ledger.fracture > 0.0, "{ledger:?}");
     }
     let drifts = ends.map(|l| l.relative_drift());
-    assert!(drifts[2] < 0.3 * drifts[0] && drifts[2] < 0.01, "{drifts:?}");
+    assert!(drifts.iter().all(|&d| d < 1e-12), "{drifts:?}");
 }
 
 /// Without supports, momentum is that of the loads.

@@ -567,7 +567,8 @@ pub enum NewWhat {
 #[command(after_help = "\
 Exit codes: 0 every value of ours is the corrected reference, 1 one is not, 2 unknown suite.")]
 pub struct Verify {
-    /// Suite: prakash (the peridynamics document), smilauer (the cross-anisotropy document) [default: all]
+    /// Suite: prakash (the peridynamics document), smilauer (the cross-anisotropy document), cavity (its last section, run
+    /// on a grid and on a packing) [default: all but cavity]
     pub suite: Option<String>,
     /// The cross-anisotropy document's packing of 2556 spheres
     #[arg(long, value_name = "FILE")]

@@ -1,7 +1,7 @@
 //! `anisobond check` and `anisobond new case`.
 
 use anisobond::experiment::RunCost;
-use anisobond::io::{CaseFile, CasePlan, starter_case, write_atomically};
+use anisobond::io::{CaseFile, CasePlan, ConditionPlan, LatticeKind, PackingPlan, starter_case, write_atomically};
 use anisobond::{Error, Result};
 use serde::Serialize;
 
@@ -9,6 +9,9 @@ use crate::{Ending, args, text};
 
 pub fn check(args: &args::CheckCase) -> Result<Ending> {
     let case = CaseFile::read(&args.case.case, &args.case.set)?;
+    if case.lattice() == LatticeKind::Packing {
+        return check_packing(&case, args.json);
+    }
     let problem = case.problem()?;
     let checked = Checked { plan: case.plan(&problem), cost: RunCost::of(&problem)? };
     if args.json {
@@ -19,11 +22,36 @@ pub fn check(args: &args::CheckCase) -> Result<Ending> {
     Ok(Ending::Done)
 }
 
+fn check_packing(case: &CaseFile, as_json: bool) -> Result<Ending> {
+    let problem = case.packing_problem()?;
+    let checked = Checked { plan: case.packing_plan(&problem), cost: problem.cost()? };
+    if as_json {
+        text::print_json(&checked)?;
+    } else {
+        text::print(&(describe_packing(&checked.plan, case.description()) + &describe_cost(&checked.cost)))?;
+    }
+    Ok(Ending::Done)
+}
+
+fn describe_packing(plan: &PackingPlan, description: &str) -> String {
+    let n = text::number;
+    let axes: Vec<&str> = ["x", "y", "z"].into_iter().zip(plan.periodic).filter(|a| a.1).map(|a| a.0).collect();
+    let mut out = plan.name.clone();
+    out += &if description.is_empty() { "\n".into() } else { format!(": {description}\n") };
+    out += &format!("spheres           {}, mean radius {} m", plan.particles, n(plan.radius));
+    out += &if axes.is_empty() { "\n".into() } else { format!(", periodic along {}\n", axes.join(", ")) };
+    let breaks = if plan.breaks { "" } else { "; they do not break" };
+    out += &format!("bonds             {} (contact radius {}){breaks}\n", plan.bonds, n(plan.lattice.contact_radius));
+    out += &format!("volume, mass      {} m³, {} kg\n", n(plan.volume), n(plan.mass));
+    out += &format!("memory            {}\n", memory(plan.memory));
+    out + &describe_conditions(&plan.conditions, &plan.probes, "spheres")
+}
+
 /// What a case holds and what its run would take, as one JSON object.
 #[derive(Serialize)]
-struct Checked {
+struct Checked<P> {
     #[serde(flatten)]
-    plan: CasePlan,
+    plan: P,
     #[serde(flatten)]
     cost: RunCost,
 }
@@ -77,8 +105,12 @@ fn describe(plan: &CasePlan, description: &str) -> String {
         let breaks = if r.breaks { "" } else { ", bonds do not break" };
         out += &format!("  {:24}{:>12}{volume:>14}{density:>14}  {c} {unit}{breaks}\n", r.name, r.nodes);
     }
-    out += &format!("\n  {:24}{:14}{:>10}  {}\n", "condition", "kind", "nodes", "resultant (N)");
-    for c in &plan.conditions {
+    out + &describe_conditions(&plan.conditions, &plan.probes, "nodes")
+}
+
+fn describe_conditions(conditions: &[ConditionPlan], probes: &[(String, usize)], what: &str) -> String {
+    let mut out = format!("\n  {:24}{:14}{what:>10}  {}\n", "condition", "kind", "resultant (N)");
+    for c in conditions {
         // The rounding of sums that vanish is not shown.
         let rounding = 1e-9 * c.load.unwrap_or(0.0);
         let shown = |x: f64| text::number(if x.abs() < rounding { 0.0 } else { x });
@@ -86,8 +118,8 @@ fn describe(plan: &CasePlan, description: &str) -> String {
         let sum = c.load.map_or_else(String::new, |l| format!(", magnitudes sum to {}", text::number(l)));
         out += &format!("  {:24}{:14}{:>10}  {total}{sum}\n", c.name, c.kind, c.nodes);
     }
-    for (name, nodes) in &plan.probes {
-        let word = if *nodes == 1 { "node" } else { "nodes" };
+    for (name, nodes) in probes {
+        let word = if *nodes == 1 { what.trim_end_matches('s') } else { what };
         out += &format!("  probe {name}: {nodes} {word}\n");
     }
     out

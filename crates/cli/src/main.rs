@@ -8,6 +8,7 @@ mod args;
 mod calibrate;
 mod calibration_text;
 mod case;
+mod cavity;
 mod export;
 mod folder;
 mod grid_test;

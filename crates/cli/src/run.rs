@@ -1,8 +1,10 @@
 //! `anisobond run`.
 
 use anisobond::Result;
-use anisobond::io::CaseFile;
-use anisobond::io::run::{RunOptions, RunProgress, RunSummary, case_identity, run_problem};
+use anisobond::io::run::{
+    PackingSummary, RunOptions, RunProgress, RunSummary, case_identity, run_packing_problem, run_problem,
+};
+use anisobond::io::{CaseFile, LatticeKind};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::{Ending, args, interrupt, text};
@@ -15,7 +17,10 @@ pub fn run(args: &args::Run) -> Result<Ending> {
     let bar = ProgressBar::new(0);
     let style = ProgressStyle::with_template("{bar:30} {pos}/{len} steps, {msg}, {eta} left");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    let summary = run_problem(case.problem()?, &options, |p| show(&bar, p));
+    let summary = match case.lattice() {
+        LatticeKind::Grid => run_problem(case.problem()?, &options, |p| show(&bar, p)),
+        LatticeKind::Packing => run_packing_problem(case.packing_problem()?, &options, |p| show(&bar, p)),
+    };
     bar.finish_and_clear();
     let summary = summary?;
     for warning in &summary.warnings {
@@ -38,7 +43,8 @@ fn show(bar: &ProgressBar, p: &RunProgress) {
 
 fn describe(s: &RunSummary, folder: &str) -> String {
     let n = text::number;
-    let mut out = format!("{}: {} nodes, {} bonds\n", s.case, s.nodes, s.bonds);
+    let what = if s.packing.is_some() { "spheres" } else { "nodes" };
+    let mut out = format!("{}: {} {what}, {} bonds\n", s.case, s.nodes, s.bonds);
     if let Some(step) = &s.time_step {
         out += &format!(
             "motion            {} steps of {} s (stable {} s) to {} s\n",
@@ -53,6 +59,9 @@ fn describe(s: &RunSummary, folder: &str) -> String {
             "equilibrium       {} load steps; the last in {} iterations, {} operator applications, residual {:.1e}\n",
             s.steps, e.report.iterations, e.report.applications, e.report.residual
         );
+    }
+    if let Some(packing) = &s.packing {
+        out += &describe_packing(packing, s.steps);
     }
     for r in &s.regions {
         out += &format!("  {:16}{} nodes, stiffness reached to {:.1e}", r.name, r.nodes, r.relative_error);
@@ -95,5 +104,32 @@ fn describe(s: &RunSummary, folder: &str) -> String {
         }
     }
     out += &format!("{:.1} s; results in {folder}\n", s.seconds);
+    out
+}
+
+fn describe_packing(p: &PackingSummary, steps: u64) -> String {
+    let n = text::number;
+    let mut out = String::new();
+    if let Some(e) = &p.equilibrium {
+        let (iterations, residual) = (e.iterations, e.residual);
+        out += &format!(
+            "equilibrium       {steps} load steps; the last in {iterations} iterations, residual {residual:.1e}\n"
+        );
+    }
+    let (radius, coordination) = (n(p.lattice.contact_radius), n(p.lattice.coordination));
+    out += &format!("lattice           contact radius {radius}, {coordination} bonds per sphere\n");
+    if let Some(cell) = &p.cell {
+        let row = |values: &[f64; 6], unit: f64| values.map(|x| n(x / unit)).join(" ");
+        let (unit, name) = text::stress_unit(cell.stress.iter().fold(0.0, |m: f64, x| m.max(x.abs())));
+        out += &format!("stress ({name})      {} (xx yy zz yz xz xy)\n", row(&cell.stress, unit));
+        out += &format!("strain (%)        {}\n", row(&cell.strain, 0.01));
+    }
+    if let Some(peak) = &p.peak {
+        let (unit, name) = text::stress_unit(peak.differential);
+        let axis = ["x", "y", "z"][peak.axis];
+        let (differential, strain) = (n(peak.differential / unit), n(100.0 * peak.strain));
+        out +=
+            &format!("peak              {differential} {name} differential along {axis}, at a strain of {strain} %\n");
+    }
     out
 }

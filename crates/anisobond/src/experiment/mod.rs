@@ -1,11 +1,13 @@
 //! Studies: many calibrations at once, and the document's own, recomputed beside its printed values.
 
 pub mod batch;
+pub mod cavity;
 pub mod closed_forms;
 mod corrected;
 pub mod element_test;
 mod grid_study;
 mod lattice_study;
+mod packing_simulation;
 pub mod particles;
 pub mod prakash;
 mod problem;
@@ -19,6 +21,9 @@ pub use corrected::{
 };
 pub use grid_study::GridStudy;
 pub use lattice_study::{CorrectionChoice, LatticePlan, LatticeStudy, anisotropy_axis, turned_to_axis};
+pub use packing_simulation::{
+    CellDrive, CellState, PackingEvidence, PackingProblem, PackingSimulation, Peak, ServoPlan,
+};
 pub use problem::{
     Condition, Crack, FieldName, FractureEnergy, History, OutputPlan, Probe, Problem, Quantity, RegionMaterial,
     Schedule, Slice, Softening,

@@ -38,7 +38,7 @@ pub use advice_report::AdviceReport;
 pub use atomic::write_atomically;
 pub use bonds::{BondModuli, BondTable, TangentialColumns, bonds_csv, read_bonds, write_bonds};
 pub use calibrate_table::{TableResults, calibrate_table};
-pub use case::{CaseFile, CasePlan, ConditionPlan, RegionPlan, read_case, starter_case};
+pub use case::{CaseFile, CasePlan, ConditionPlan, LatticeKind, PackingPlan, RegionPlan, read_case, starter_case};
 pub use export::{BondedCell, Engine, ExportFile, export};
 pub use find::find_material;
 pub use grid_report::{CellReport, GridTestReport};

@@ -4,7 +4,8 @@
 use std::path::{Path, PathBuf};
 
 use anisobond::experiment::Problem;
-use anisobond::io::CaseFile;
+use anisobond::io::{CaseFile, PackingFormat, packing_text};
+use anisobond::lattice::generate::{Crystal, crystal};
 use nalgebra::Vector3;
 
 /// A small block of everything that a case needs; the tests add to it and replace in it.
@@ -55,6 +56,8 @@ pub fn files() -> tempfile::TempDir {
         b"unit = 'MPa'\nclass = 'transversely-isotropic'\nc11 = 130\nc33 = 55\nc13 = 28\nc12 = 40\nc44 = 32.25\n",
     );
     write("influence.csv", b"0,1\n1,0.5\n");
+    let spheres = crystal(Crystal::Fcc, 1e-3, [4, 4, 4], 0.0, 0).unwrap();
+    write("spheres.txt", packing_text(&spheres, PackingFormat::of_name("spheres.txt").unwrap()).as_bytes());
     folder
 }
 

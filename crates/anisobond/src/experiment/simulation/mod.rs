@@ -293,20 +293,6 @@ impl Simulation {
         }
     }
 
-    /// A time or load factor as people read it.
-    pub fn time_text(&self, time: f64) -> String {
-        if !self.is_motion() {
-            return format!("load factor {time:.3}");
-        }
-        let (scale, unit) = match time {
-            t if t < 1e-6 => (1e9, "ns"),
-            t if t < 1e-3 => (1e6, "µs"),
-            t if t < 1.0 => (1e3, "ms"),
-            _ => (1.0, "s"),
-        };
-        format!("t = {:.3} {unit}", time * scale)
-    }
-
     /// Whether the body moves.
     pub fn is_motion(&self) -> bool {
         matches!(self.stage, Stage::Motion { .. })
@@ -344,10 +330,7 @@ impl Simulation {
 
     /// A warning where the energy does not balance.
     pub fn drift_warning(&self) -> Option<String> {
-        let drift = self.ledger.relative_drift();
-        let remedy = if self.is_motion() { "a smaller time step" } else { "more load steps or a closer tolerance" };
-        (drift > DRIFT)
-            .then(|| format!("the energy has drifted by {:.1} % of its largest part; use {remedy}", 100.0 * drift))
+        drift_warning(&self.ledger, self.is_motion())
     }
 
     /// The time step; `None` in equilibrium.
@@ -432,6 +415,14 @@ impl Simulation {
         self.ledger = about.ledger;
         Ok(())
     }
+}
+
+/// A warning where the energy of a motion does not balance.
+pub(super) fn drift_warning(ledger: &Ledger, motion: bool) -> Option<String> {
+    let drift = ledger.relative_drift();
+    let remedy = if motion { "a smaller time step" } else { "more load steps or a closer tolerance" };
+    (drift > DRIFT)
+        .then(|| format!("the energy has drifted by {:.1} % of its largest part; use {remedy}", 100.0 * drift))
 }
 
 fn require_nodes(problem: &Problem) -> Result<()> {

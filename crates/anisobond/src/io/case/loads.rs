@@ -21,13 +21,32 @@ const FACES: [&str; 6] = ["x-min", "x-max", "y-min", "y-max", "z-min", "z-max"];
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Place {
     All,
-    /// Of an outer face, to a depth (m).
-    Face(Face, f64),
+    /// Of an outer face, to a depth.
+    Face(Face, Depth),
     Solid(Solid),
     /// Of the region of a name, with all its grains or layers.
     Region(String),
     /// The nearest to each point.
     Points(Vec<Vector3<f64>>),
+}
+
+/// How deep a layer of nodes is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Depth {
+    /// In grid spacings, or in mean diameters of spheres.
+    Spacings(f64),
+    /// In m.
+    Length(f64),
+}
+
+impl Depth {
+    /// In m, for a spacing (m).
+    pub fn metres(self, spacing: f64) -> f64 {
+        match self {
+            Depth::Spacings(number) => number * spacing,
+            Depth::Length(length) => length,
+        }
+    }
 }
 
 /// A choice of nodes, and where the file makes it.
@@ -67,8 +86,6 @@ pub(super) struct ConditionStatement {
 pub(super) struct Names<'s, 'n> {
     pub shapes: &'s Shapes<'n>,
     pub regions: Vec<String>,
-    /// Grid spacing (m).
-    pub spacing: f64,
     /// Whether histories run over load factors instead of time.
     pub equilibrium: bool,
 }
@@ -81,9 +98,9 @@ impl<'n> Names<'_, 'n> {
         let on = table.need("on", "on = \"x-min\", a solid, a region or \"all\"")?;
         let thickness = table.get("thickness");
         let depth = match &thickness {
-            None => self.spacing,
-            Some(v) if v.is_text() => v.positive_quantity(Dimension::Length)?,
-            Some(v) => v.positive()? * self.spacing,
+            None => Depth::Spacings(1.0),
+            Some(v) if v.is_text() => Depth::Length(v.positive_quantity(Dimension::Length)?),
+            Some(v) => Depth::Spacings(v.positive()?),
         };
         let place = self.place(&on, depth)?;
         if let (Some(v), false) = (thickness, matches!(place, Place::Face(..))) {
@@ -92,7 +109,7 @@ impl<'n> Names<'_, 'n> {
         Ok(Where { spot: on.spot(), place })
     }
 
-    fn place(&self, on: &Value<'n>, depth: f64) -> Result<Place> {
+    fn place(&self, on: &Value<'n>, depth: Depth) -> Result<Place> {
         if !on.is_text() {
             return self.shapes.solid(on).map(Place::Solid);
         }

@@ -3,6 +3,7 @@
 mod loads;
 mod matter;
 mod overrides;
+mod packing;
 mod plan;
 mod resolve;
 mod schedule;
@@ -21,26 +22,34 @@ use super::tree::{Node, parse_toml, read_text, without_mark};
 use super::units::Dimension;
 use super::words::{quoted, suggestion};
 use crate::calibration::Model;
-use crate::experiment::{Crack, OutputPlan, Problem, Schedule, Softening};
+use crate::experiment::{Crack, OutputPlan, PackingProblem, Problem, Schedule, Softening};
 use crate::lattice::{Grid, Influence, Neighbourhood, Solid, solid};
 use crate::operator::Kinematics;
+use crate::tensor::Stiffness;
 use crate::{Error, Result};
 use loads::{ConditionStatement, Names, Where};
 use matter::{Matters, RegionStatement};
+use packing::PackingStatement;
 use schedule::ProbeStatement;
 use section::{AXES, Section, Spot, Value};
 use shapes::Shapes;
 
+pub use packing::PackingPlan;
 pub use plan::{CasePlan, ConditionPlan, RegionPlan};
 pub use starter::starter_case;
 
 /// Keys of a case file's outermost table.
-const KEYS: [&str; 19] = [
+const KEYS: [&str; 24] = [
     "name",
     "description",
+    "lattice",
     "solids",
     "body",
     "grid",
+    "packing",
+    "strength",
+    "contact",
+    "servo",
     "model",
     "material",
     "orientation",
@@ -64,8 +73,14 @@ pub struct CaseFile {
     description: String,
     /// Of the file, for messages.
     file: String,
-    body: (Spot, Solid),
-    grid: GridStatement,
+    lattice: LatticeKind,
+    body: Option<(Spot, Solid)>,
+    grid: Option<GridStatement>,
+    packing: Option<PackingStatement>,
+    /// Whether a fracture energy is stated, which packings do not take.
+    fracture: Option<Spot>,
+    /// Of the outermost table.
+    top: Spot,
     model: ModelStatement,
     regions: Vec<RegionStatement>,
     conditions: Vec<ConditionStatement>,
@@ -75,6 +90,15 @@ pub struct CaseFile {
     schedule: Schedule,
     probes: Vec<ProbeStatement>,
     output: OutputPlan,
+}
+
+/// The lattice on which a case runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LatticeKind {
+    /// Nodes of a grid.
+    Grid,
+    /// Spheres of a packing.
+    Packing,
 }
 
 /// `[grid]`.
@@ -130,14 +154,17 @@ impl CaseFile {
         let text = |key: &str| root.get(key).map(|v| v.text().map(str::to_string)).transpose();
         let stem = || Path::new(file).file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
         let schedule = schedule::schedule(&root)?;
-        let grid = grid(&root, &shapes)?;
-        let body = root.need("body", "body = { box = { size = \"100, 40, 10 mm\" } }")?;
-        let body = (body.spot(), shapes.solid(&body)?);
+        let grid = root.get("grid").map(|v| grid(v, &shapes)).transpose()?;
+        let packing = packing::statement(&root, &shapes)?;
+        let lattice = lattice_kind(&root, grid.is_some(), packing.is_some())?;
+        let body = root.get("body").map(|v| Ok((v.spot(), shapes.solid(&v)?))).transpose()?;
+        if body.is_none() && lattice == LatticeKind::Grid {
+            root.need("body", "body = { box = { size = \"100, 40, 10 mm\" } }")?;
+        }
         let regions = Matters { shapes: &shapes, root: &root }.regions()?;
         let names = Names {
             shapes: &shapes,
             regions: regions.iter().map(|r| r.name.clone()).collect(),
-            spacing: grid.neighbourhood.spacing(),
             equilibrium: matches!(schedule, Schedule::Equilibrium { .. }),
         };
         let conditions = names.conditions(&root)?;
@@ -151,6 +178,10 @@ impl CaseFile {
             probes: schedule::probes(&root, &names, &conditions)?,
             cracks: loads::cracks(&root)?,
             output: schedule::output(&root)?,
+            fracture: root.get("fracture").map(|v| v.spot()),
+            top: root.spot(),
+            lattice,
+            packing,
             body,
             grid,
             regions,
@@ -178,9 +209,46 @@ impl CaseFile {
     }
 
     fn grid_around_body(&self) -> Result<Grid> {
-        let spacing = self.grid.neighbourhood.spacing();
-        solid::grid_around(&self.body.1, spacing, self.grid.periodic, self.grid.plane_strain)
-            .map_err(|e| self.grid.spot.at(e))
+        let (grid, (_, shape)) = (self.grid_statement()?, self.body_statement()?);
+        let spacing = grid.neighbourhood.spacing();
+        solid::grid_around(shape, spacing, grid.periodic, grid.plane_strain).map_err(|e| grid.spot.at(e))
+    }
+
+    fn grid_statement(&self) -> Result<&GridStatement> {
+        self.grid.as_ref().ok_or_else(|| self.top.wrong("the case has no grid", "add [grid] with spacing = \"1 mm\""))
+    }
+
+    fn body_statement(&self) -> Result<&(Spot, Solid)> {
+        let example = "add body = { box = { size = \"100, 40, 10 mm\" } }";
+        self.body.as_ref().ok_or_else(|| self.top.wrong("the case has no body", example))
+    }
+
+    /// The lattice on which the case runs: the one that it has, or of two the one that `lattice` names.
+    pub fn lattice(&self) -> LatticeKind {
+        self.lattice
+    }
+
+    /// The problem on the case's packing, resolved to spheres. What the moduli of bonds need (the packing, its
+    /// calibration) is done here.
+    ///
+    /// # Errors
+    /// A case without a packing, a packing that cannot be read, made or calibrated; regions, fracture energies and
+    /// whatever else packings do not take; and as [`CaseFile::problem`].
+    pub fn packing_problem(&self) -> Result<PackingProblem> {
+        packing::problem(self).map_err(|e| e.at(&self.file))
+    }
+
+    /// The stiffness (Pa) that a static element test measures on the case's periodic packing, bonds as they are.
+    ///
+    /// # Errors
+    /// As [`CaseFile::packing_problem`]; what the element test refuses.
+    pub fn measured_stiffness(&self) -> Result<Stiffness> {
+        packing::measured(self).map_err(|e| e.at(&self.file))
+    }
+
+    /// What a run on the packing would take.
+    pub fn packing_plan(&self, problem: &PackingProblem) -> PackingPlan {
+        packing::plan(self, problem)
     }
 
     /// Names of the conditions, in the order of [`Problem::conditions`].
@@ -192,7 +260,7 @@ impl CaseFile {
     ///
     /// # Errors
     /// A grid that cannot be ([`CaseFile::grid`]); a body or region of no nodes; regions that overlap without `over`, or
-    /// leave nodes of the body out; conditions of no nodes, or two that prescribe one component of a node differently; a
+    /// leave nodes of the body out; a case without a grid; conditions of no nodes, or two that prescribe one component of a node differently; a
     /// missing density; a crack that cuts no bond.
     pub fn problem(&self) -> Result<Problem> {
         resolve::problem(self).map_err(|e| e.at(&self.file))
@@ -204,8 +272,31 @@ impl CaseFile {
     }
 }
 
-fn grid(root: &Section, shapes: &Shapes) -> Result<GridStatement> {
-    let value = root.need("grid", "[grid] with spacing = \"1 mm\"")?;
+/// `lattice`, needed where both a grid and a packing are stated.
+fn lattice_kind(root: &Section, grid: bool, packing: bool) -> Result<LatticeKind> {
+    let Some(value) = root.get("lattice") else {
+        return match (grid, packing) {
+            (true, false) => Ok(LatticeKind::Grid),
+            (false, true) => Ok(LatticeKind::Packing),
+            (false, false) => Err(root
+                .spot()
+                .wrong("the case has no grid and no packing", "add [grid] with spacing = \"1 mm\", or [packing]")),
+            (true, true) => Err(root
+                .spot()
+                .wrong("the case has a grid and a packing", "say which: lattice = \"grid\" or \"packing\"")),
+        };
+    };
+    let kind = value.choice(&[("grid", LatticeKind::Grid), ("packing", LatticeKind::Packing)])?;
+    match kind {
+        LatticeKind::Grid if !grid => Err(value.wrong("the case has no grid", "add [grid] with spacing = \"1 mm\"")),
+        LatticeKind::Packing if !packing => {
+            Err(value.wrong("the case has no packing", "add [packing] with file and contact_radius"))
+        }
+        kind => Ok(kind),
+    }
+}
+
+fn grid(value: Value, shapes: &Shapes) -> Result<GridStatement> {
     let table = value.section(&["spacing", "horizon", "influence", "periodic", "plane_strain"])?;
     let spacing = table.need("spacing", "spacing = \"1 mm\"")?.positive_quantity(Dimension::Length)?;
     let horizon = table.get("horizon").map(|v| v.positive()).transpose()?.unwrap_or(3.0);
@@ -285,7 +376,7 @@ fn model(root: &Section) -> Result<ModelStatement> {
     Ok(model)
 }
 
-/// A case file read and resolved: [`CaseFile::read`] and [`CaseFile::problem`].
+/// A case file of a grid read and resolved: [`CaseFile::read`] and [`CaseFile::problem`].
 ///
 /// # Errors
 /// As they.

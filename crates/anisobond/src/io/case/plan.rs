@@ -117,7 +117,7 @@ pub(super) fn plan(case: &CaseFile, problem: &Problem) -> CasePlan {
     }
 }
 
-fn kind(load: &Load) -> &'static str {
+pub(super) fn kind(load: &Load) -> &'static str {
     match load {
         Load::Displacement(_) => "displacement",
         Load::Velocity(_) => "velocity",

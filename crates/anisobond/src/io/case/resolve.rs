@@ -29,6 +29,7 @@ pub(super) struct Filled {
 /// The problem of a case.
 pub(super) fn problem(case: &CaseFile) -> Result<Problem> {
     let filled = filled(case)?;
+    let neighbourhood = &case.grid_statement()?.neighbourhood;
     let nodes: Vec<Vec<u32>> = case.conditions.iter().map(|c| select(case, &filled, &c.on)).collect::<Result<_>>()?;
     refuse_contradictions(case, &nodes)?;
     let conditions =
@@ -50,7 +51,7 @@ pub(super) fn problem(case: &CaseFile) -> Result<Problem> {
     unbreakable.sort_unstable();
     unbreakable.dedup();
     for (spot, crack) in &case.cracks {
-        if !cuts_any(crack, &filled.body, &case.grid.neighbourhood) {
+        if !cuts_any(crack, &filled.body, neighbourhood) {
             return Err(
                 spot.wrong("the crack cuts no bond", "check its place and size: lengths are of the grid's axes")
             );
@@ -58,7 +59,7 @@ pub(super) fn problem(case: &CaseFile) -> Result<Problem> {
     }
     Ok(Problem {
         name: case.name.clone(),
-        neighbourhood: case.grid.neighbourhood.clone(),
+        neighbourhood: neighbourhood.clone(),
         model: case.model.bonds,
         surface_calibration: case.model.surface_calibration,
         kinematics: case.model.kinematics,
@@ -78,12 +79,10 @@ pub(super) fn problem(case: &CaseFile) -> Result<Problem> {
 /// The body with its regions.
 fn filled(case: &CaseFile) -> Result<Filled> {
     let grid = case.grid_around_body()?;
-    let inside = solid::inside(&case.body.1, &grid);
+    let (spot, shape) = case.body_statement()?;
+    let inside = solid::inside(shape, &grid);
     if !inside.contains(&true) {
-        return Err(case
-            .body
-            .0
-            .wrong("the body holds no node", "use a smaller spacing, or check its solids and units"));
+        return Err(spot.wrong("the body holds no node", "use a smaller spacing, or check its solids and units"));
     }
     let mut body = Body { region: inside.into_iter().map(u16::from).collect(), grid };
     let owners = owners(&case.regions, &body)?;
@@ -252,7 +251,7 @@ fn layered(
 }
 
 /// Refuses two conditions that prescribe the same component of a node, unless they say the same.
-fn refuse_contradictions(case: &CaseFile, nodes: &[Vec<u32>]) -> Result<()> {
+pub(super) fn refuse_contradictions(case: &CaseFile, nodes: &[Vec<u32>]) -> Result<()> {
     let mut owner: HashMap<(u32, usize), usize> = HashMap::new();
     for (n, condition) in case.conditions.iter().enumerate() {
         let Some(value) = prescribed(condition) else { continue };
@@ -314,7 +313,7 @@ fn surface_force(
     traction: impl Fn(&Vector3<f64>) -> Vector3<f64>,
 ) -> Result<Condition> {
     let patches = match &c.on.place {
-        Place::Face(face, thickness) => solid::face_layer(body, *face, *thickness),
+        Place::Face(face, thickness) => solid::face_layer(body, *face, thickness.metres(body.grid.spacing)),
         Place::Solid(shape) => solid::surface_patches(body, shape),
         Place::All | Place::Region(_) | Place::Points(_) => Vec::new(),
     };

@@ -28,7 +28,7 @@ pub(super) fn select(case: &CaseFile, filled: &Filled, on: &Where) -> Result<Vec
                 let problem = format!("{} is no face: the grid is periodic along {axis}", face_name(*face));
                 return Err(on.spot.wrong(problem, "choose a face along another axis"));
             }
-            solid::face_layer(body, *face, *thickness).iter().map(|p| p.node).collect()
+            solid::face_layer(body, *face, thickness.metres(body.grid.spacing)).iter().map(|p| p.node).collect()
         }
         Place::Solid(shape) => {
             let within = solid::inside(shape, &body.grid);

@@ -7,6 +7,7 @@
 mod camera;
 mod chart;
 mod colour;
+mod discs;
 mod drawing;
 mod finished;
 mod lattice;
@@ -25,6 +26,7 @@ mod chart_tests;
 mod tests;
 
 pub use chart::{Chart, Panel, Series, Style};
+pub use discs::{Disc, Window};
 pub use finished::Picture;
 pub use lattice::{LatticeView, lattice_scene};
 pub use neighbourhood::{NeighbourhoodPicture, neighbourhood_scene};

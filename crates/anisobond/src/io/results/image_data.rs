@@ -41,10 +41,25 @@ pub fn image_data(grid: &Grid, arrays: &[ImageArray]) -> Result<Vec<u8>> {
          <Piece Extent=\"{extent}\">\n<PointData>"
     );
     let mut data = Vec::new();
+    point_arrays(&mut header, &mut data, grid.len(), arrays)?;
+    header.push_str("</PointData>\n</Piece>\n</ImageData>\n");
+    Ok(with_appended(header, data))
+}
+
+/// Headers of arrays of point data, and their values appended.
+///
+/// # Errors
+/// An array whose length is not that of the points.
+pub(super) fn point_arrays(
+    header: &mut String,
+    data: &mut Vec<u8>,
+    points: usize,
+    arrays: &[ImageArray],
+) -> Result<()> {
     for array in arrays {
-        if array.values.len() != array.components * grid.len() {
+        if array.values.len() != array.components * points {
             return Err(Error::input(
-                format!("{} values of {} for {} nodes", array.values.len(), array.name, grid.len()),
+                format!("{} values of {} for {points} nodes", array.values.len(), array.name),
                 format!("give {} per node", array.components),
             ));
         }
@@ -55,17 +70,22 @@ pub fn image_data(grid: &Grid, arrays: &[ImageArray]) -> Result<Vec<u8>> {
             array.components,
             data.len()
         );
-        append(&mut data, &array.values);
+        append(data, &array.values);
     }
-    header.push_str("</PointData>\n</Piece>\n</ImageData>\n<AppendedData encoding=\"raw\">\n_");
+    Ok(())
+}
+
+/// A file of its header and its appended data.
+pub(super) fn with_appended(mut header: String, mut data: Vec<u8>) -> Vec<u8> {
+    header.push_str("<AppendedData encoding=\"raw\">\n_");
     let mut file = header.into_bytes();
     file.append(&mut data);
     file.extend_from_slice(b"\n</AppendedData>\n</VTKFile>\n");
-    Ok(file)
+    file
 }
 
 /// One array: number of blocks, block size, size of the last partial block, compressed sizes; then the blocks.
-fn append(data: &mut Vec<u8>, values: &[f32]) {
+pub(super) fn append(data: &mut Vec<u8>, values: &[f32]) {
     let per_block = BLOCK / size_of::<f32>();
     let blocks: Vec<Vec<u8>> = values.par_chunks(per_block).map(compressed).collect();
     let last = (values.len() % per_block) * size_of::<f32>();
@@ -89,7 +109,7 @@ fn escaped(text: &str) -> String {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use std::io::Read;
 
     use nalgebra::Vector3;
@@ -97,7 +117,7 @@ mod tests {
     use super::*;
 
     /// Unpacks an array as a viewer does, from the file's bytes alone.
-    fn unpack(file: &[u8], name: &str) -> Vec<f32> {
+    pub(in super::super) fn unpack(file: &[u8], name: &str) -> Vec<f32> {
         let start = file.windows(2).position(|w| w == b"\n_").unwrap() + 2;
         let header = std::str::from_utf8(&file[..start - 1]).unwrap().to_string() + "</AppendedData></VTKFile>";
         let xml = roxmltree::Document::parse(&header).unwrap();

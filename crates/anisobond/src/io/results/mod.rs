@@ -3,6 +3,7 @@
 mod checkpoint;
 mod image_data;
 mod npy;
+mod point_data;
 mod series;
 mod table;
 mod writer;
@@ -10,6 +11,7 @@ mod writer;
 pub use checkpoint::Checkpoints;
 pub use image_data::{ImageArray, image_data};
 pub use npy::{NpyNumber, npy, read_npy};
+pub use point_data::point_data;
 pub use series::{Series, pvd};
 pub use table::ProbeTable;
 pub use writer::BackgroundWriter;

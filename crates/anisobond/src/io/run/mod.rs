@@ -1,6 +1,9 @@
 //! A run from its statement to its files: probes, frames, checkpoints, summary; interrupted, it goes on where it was.
 
 mod frames;
+mod grid;
+mod packing;
+mod subject;
 mod summary;
 
 use std::path::{Path, PathBuf};
@@ -11,10 +14,11 @@ use serde::{Deserialize, Serialize};
 use twox_hash::XxHash3_128;
 
 use self::frames::Frames;
-pub use self::summary::RunSummary;
+use self::subject::Subject;
+pub use self::summary::{PackingSummary, RunSummary};
 use super::results::{Checkpoints, ProbeTable};
 use super::write_atomically;
-use crate::experiment::{CrackPath, CrackPoint, Ledger, Problem, Simulation, TipPoint};
+use crate::experiment::{Ledger, PackingProblem, PackingSimulation, Problem, Simulation};
 use crate::{Error, Result};
 
 /// What the user wants of a run.
@@ -68,20 +72,36 @@ struct About {
     seconds: f64,
 }
 
-/// Runs a problem to its end, or until it is stopped.
+/// Runs a problem on a grid to its end, or until it is stopped.
 ///
 /// # Errors
 /// A problem that cannot be run; files that cannot be written; a folder with results, or with a checkpoint of another
 /// case; numbers that are none in flight; interruption, with the checkpoint to go on from.
-pub fn run_problem(
-    problem: Problem,
+pub fn run_problem(problem: Problem, options: &RunOptions, progress: impl FnMut(&RunProgress)) -> Result<RunSummary> {
+    run(|| Simulation::new(problem), options, progress)
+}
+
+/// Runs a problem on a packing, as [`run_problem`] does on a grid.
+///
+/// # Errors
+/// As [`run_problem`].
+pub fn run_packing_problem(
+    problem: PackingProblem,
+    options: &RunOptions,
+    progress: impl FnMut(&RunProgress),
+) -> Result<RunSummary> {
+    run(|| PackingSimulation::new(problem), options, progress)
+}
+
+fn run<S: Subject>(
+    prepare: impl FnOnce() -> Result<S>,
     options: &RunOptions,
     mut progress: impl FnMut(&RunProgress),
 ) -> Result<RunSummary> {
-    let mut run = Run::begin(problem, options)?;
+    let mut run = Run::begin(prepare, options)?;
     let (started, first_step) = (Instant::now(), run.simulation.step());
     let mut saved = Instant::now();
-    while !run.simulation.finished() {
+    while !run.finished() {
         let advanced = run.simulation.advance();
         advanced.map_err(|error| run.failed(error))?;
         run.record()?;
@@ -94,8 +114,8 @@ pub fn run_problem(
             bonds_per_second: rate * run.simulation.bonds() as f64,
             broken: run.simulation.ledger().broken_bonds,
         });
-        let stop = options.stop.load(Ordering::Relaxed) && !run.simulation.finished();
-        if stop || saved.elapsed().as_secs_f64() > run.simulation.problem().output.checkpoint_every {
+        let stop = options.stop.load(Ordering::Relaxed) && !run.finished();
+        if stop || saved.elapsed().as_secs_f64() > run.simulation.output().checkpoint_every {
             run.checkpoint()?;
             saved = Instant::now();
         }
@@ -107,8 +127,8 @@ pub fn run_problem(
 }
 
 /// A run under way.
-struct Run {
-    simulation: Simulation,
+struct Run<S> {
+    simulation: S,
     folder: PathBuf,
     case: String,
     checkpoints: Checkpoints,
@@ -119,13 +139,13 @@ struct Run {
     warnings: Vec<String>,
 }
 
-impl Run {
-    fn begin(problem: Problem, options: &RunOptions) -> Result<Self> {
+impl<S: Subject> Run<S> {
+    fn begin(prepare: impl FnOnce() -> Result<S>, options: &RunOptions) -> Result<Self> {
         let folder = options.folder;
         let checkpoints = Checkpoints::in_folder(folder);
         let probes = folder.join("probes.csv");
         if options.resume && checkpoints.exist() {
-            return Run::resume(Simulation::new(problem)?, checkpoints, options);
+            return Run::resume(prepare()?, checkpoints, options);
         }
         if options.resume {
             return Err(Error::input(
@@ -139,7 +159,7 @@ impl Run {
                 "go on with --resume, or give another folder",
             ));
         }
-        let simulation = Simulation::new(problem)?;
+        let simulation = prepare()?;
         std::fs::create_dir_all(folder).map_err(|e| Error::file("create", folder, e))?;
         let probes = ProbeTable::create(probes, &columns(&simulation))?;
         let mut run = Run {
@@ -147,7 +167,7 @@ impl Run {
             case: options.case.to_string(),
             checkpoints,
             probes,
-            frames: Frames::new(folder, &[])?,
+            frames: Frames::new(folder, S::FRAME, &[])?,
             started: Instant::now(),
             seconds_before: 0.0,
             warnings: simulation.warnings().to_vec(),
@@ -160,7 +180,7 @@ impl Run {
         Ok(run)
     }
 
-    fn resume(mut simulation: Simulation, checkpoints: Checkpoints, options: &RunOptions) -> Result<Self> {
+    fn resume(mut simulation: S, checkpoints: Checkpoints, options: &RunOptions) -> Result<Self> {
         let (mut state, damaged) = checkpoints.load()?;
         let about: About = serde_json::from_str(&state.about)
             .map_err(|e| Error::input(format!("the checkpoint cannot be read: {e}"), "start anew in another folder"))?;
@@ -179,7 +199,7 @@ impl Run {
             case: about.case,
             checkpoints,
             probes: ProbeTable::resume(options.folder.join("probes.csv"), about.probe_bytes)?,
-            frames: Frames::new(options.folder, &about.frame_times)?,
+            frames: Frames::new(options.folder, S::FRAME, &about.frame_times)?,
             started: Instant::now(),
             seconds_before: about.seconds,
             warnings,
@@ -187,14 +207,18 @@ impl Run {
         })
     }
 
+    fn finished(&self) -> bool {
+        self.simulation.step() >= self.simulation.steps()
+    }
+
     /// Probes and frames of the present step, where they are due.
     fn record(&mut self) -> Result<()> {
         let (step, steps) = (self.simulation.step(), self.simulation.steps());
-        let every = self.simulation.problem().output.probe_every as u64;
+        let every = self.simulation.output().probe_every as u64;
         if step.is_multiple_of(every.max(1)) || step == steps {
             self.probes.row(&row(&self.simulation))?;
         }
-        let frames = self.simulation.problem().output.frames as u64;
+        let frames = self.simulation.output().frames as u64;
         let due = |step: u64| (u128::from(step) * u128::from(frames) / u128::from(steps.max(1))) as u64;
         if self.writes_frames() && due(step) > due(step - 1) {
             self.frames.write(&self.simulation)?;
@@ -203,7 +227,7 @@ impl Run {
     }
 
     fn writes_frames(&self) -> bool {
-        let output = &self.simulation.problem().output;
+        let output = self.simulation.output();
         output.frames > 0 && !(output.fields.is_empty() && output.slices.is_empty())
     }
 
@@ -227,7 +251,7 @@ impl Run {
 
     /// A failure in flight, with what is kept.
     fn failed(&self, error: Error) -> Error {
-        let place = format!("{}, step {}", self.simulation.problem().name, self.simulation.step());
+        let place = format!("{}, step {}", self.simulation.name(), self.simulation.step());
         match error {
             Error::Input { place: inner, problem, remedy } if self.checkpoints.exist() => Error::Input {
                 place: if inner.is_empty() { place } else { format!("{place}, {inner}") },
@@ -249,13 +273,11 @@ impl Run {
 
     fn finish(mut self) -> Result<RunSummary> {
         self.probes.flush()?;
-        let cracks = self.simulation.cracks();
-        let summary = RunSummary::new(&self.simulation, &cracks, self.seconds(), self.warnings);
+        let seconds = self.seconds();
+        let summary = self.simulation.summary(seconds, self.warnings);
         self.frames.finish(&self.simulation)?;
-        if !cracks.is_empty() {
-            let motion = self.simulation.is_motion();
-            write_atomically(self.folder.join("crack.csv"), tip_table(&cracks, motion))?;
-            write_atomically(self.folder.join("crack-nodes.csv"), node_table(&cracks, motion))?;
+        for (name, bytes) in self.simulation.last_files(&self.folder)? {
+            write_atomically(self.folder.join(name), bytes)?;
         }
         let json = serde_json::to_string_pretty(&summary).map_err(|e| Error::file("write", &self.folder, e.into()))?;
         write_atomically(self.folder.join("summary.json"), json + "\n")?;
@@ -264,53 +286,27 @@ impl Run {
     }
 }
 
-/// The tips of all cracks in the order of time, numbered on from the longest crack's longest.
-fn tip_table(cracks: &[CrackPath], motion: bool) -> String {
-    let mut rows: Vec<(usize, &TipPoint)> = cracks
-        .iter()
-        .flat_map(|crack| &crack.tips)
-        .enumerate()
-        .flat_map(|(number, tip)| tip.history.iter().map(move |point| (number + 1, point)))
-        .collect();
-    rows.sort_by(|a, b| a.1.time.total_cmp(&b.1.time).then(a.0.cmp(&b.0)));
-    let mut text = format!("{},tip,x_m,y_m,z_m,length_m,speed_m_s\n", time_column(motion));
-    for (number, TipPoint { time, place, length, speed }) in rows {
-        let speed = speed.map_or(String::new(), |v| format!("{v:?}"));
-        text += &format!("{time:?},{number},{:?},{:?},{:?},{length:?},{speed}\n", place.x, place.y, place.z);
-    }
-    text
-}
-
-/// The nodes of cracks, numbered from the longest on.
-fn node_table(cracks: &[CrackPath], motion: bool) -> String {
-    let mut text = format!("crack,x_m,y_m,z_m,{},way_m\n", time_column(motion));
-    for (number, crack) in cracks.iter().enumerate() {
-        for CrackPoint { place, time, way } in &crack.points {
-            text += &format!("{},{:?},{:?},{:?},{time:?},{way:?}\n", number + 1, place.x, place.y, place.z);
-        }
-    }
-    text
-}
-
 /// Name of the column of time.
 fn time_column(motion: bool) -> &'static str {
     if motion { "time_s" } else { "load_factor" }
 }
 
 /// Names of the columns of the probes.
-fn columns(simulation: &Simulation) -> Vec<String> {
+fn columns(simulation: &impl Subject) -> Vec<String> {
     let mut columns = vec![time_column(simulation.is_motion()).to_string()];
     columns.extend(Ledger::COLUMNS.map(String::from));
-    for probe in &simulation.problem().probes {
+    columns.extend(simulation.own_columns().into_iter().map(String::from));
+    for probe in simulation.probes() {
         columns.extend(probe.quantity.columns().iter().map(|c| format!("{}_{c}", probe.name)));
     }
     columns
 }
 
 /// A row of the probes.
-fn row(simulation: &Simulation) -> Vec<f64> {
+fn row(simulation: &impl Subject) -> Vec<f64> {
     let mut row = vec![simulation.time()];
     row.extend(simulation.ledger().row());
-    simulation.problem().probes.iter().for_each(|probe| row.extend(simulation.measure(probe)));
+    row.extend(simulation.own_row());
+    simulation.probes().iter().for_each(|probe| row.extend(simulation.measure(probe)));
     row
 }

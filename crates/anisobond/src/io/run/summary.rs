@@ -2,7 +2,11 @@
 
 use serde::Serialize;
 
-use crate::experiment::{CrackPath, Ledger, RegionEvidence, Simulation, StaticEvidence, StepEvidence};
+use crate::experiment::{
+    CellState, CrackPath, Ledger, PackingEvidence, PackingSimulation, Peak, RegionEvidence, Simulation, StaticEvidence,
+    StepEvidence,
+};
+use crate::solver::SolverReport;
 
 /// Cracks told of.
 const MOST_CRACKS: usize = 10;
@@ -12,7 +16,7 @@ const MOST_CRACKS: usize = 10;
 pub struct RunSummary {
     /// Name of the case.
     pub case: String,
-    /// Material nodes.
+    /// Material nodes, or particles.
     pub nodes: usize,
     /// Bonds, each pair once.
     pub bonds: u64,
@@ -34,15 +38,65 @@ pub struct RunSummary {
     pub largest_damage: f64,
     /// Cracks that have grown, the longest first, ten at most.
     pub cracks: Vec<CrackPath>,
+    /// What a packing's run has besides; `None` of a grid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub packing: Option<PackingSummary>,
     /// Seconds of wall time, all sessions together.
     pub seconds: f64,
     /// What to look at.
     pub warnings: Vec<String>,
 }
 
+/// What a packing's run comes to besides.
+#[derive(Clone, Debug, Serialize)]
+pub struct PackingSummary {
+    /// The lattice.
+    pub lattice: PackingEvidence,
+    /// Spheres without a bond.
+    pub floaters: usize,
+    /// Bonds broken.
+    pub broken_bonds: u64,
+    /// The last solve; `None` in motion.
+    pub equilibrium: Option<SolverReport>,
+    /// Mean stress and strain at the end of a body that is periodic along all axes.
+    pub cell: Option<CellState>,
+    /// The largest differential stress under a servo.
+    pub peak: Option<Peak>,
+}
+
 impl RunSummary {
-    /// The summary of a run that has ended, with its cracks.
-    pub fn new(simulation: &Simulation, cracks: &[CrackPath], seconds: f64, mut warnings: Vec<String>) -> Self {
+    /// The summary of a run on a packing that has ended.
+    pub(super) fn of_packing(simulation: &PackingSimulation, seconds: f64, mut warnings: Vec<String>) -> Self {
+        let energy = *simulation.ledger();
+        warnings.extend(simulation.late_warnings());
+        RunSummary {
+            case: simulation.problem().name.clone(),
+            nodes: simulation.particles().len(),
+            bonds: simulation.bonds(),
+            steps: simulation.step(),
+            time: simulation.time(),
+            time_step: simulation.step_evidence(),
+            equilibrium: None,
+            regions: Vec::new(),
+            energy,
+            relative_drift: energy.relative_drift(),
+            largest_damage: simulation.largest_damage(),
+            cracks: Vec::new(),
+            packing: Some(PackingSummary {
+                lattice: simulation.problem().evidence.clone(),
+                floaters: simulation.floaters().len(),
+                broken_bonds: energy.broken_bonds,
+                equilibrium: simulation.static_evidence(),
+                cell: simulation.cell(),
+                peak: simulation.peak(),
+            }),
+            seconds,
+            warnings,
+        }
+    }
+
+    /// The summary of a run on a grid that has ended.
+    pub(super) fn of_grid(simulation: &Simulation, seconds: f64, mut warnings: Vec<String>) -> Self {
         let energy = *simulation.ledger();
         let relative_drift = energy.relative_drift();
         warnings.extend(simulation.drift_warning());
@@ -58,7 +112,8 @@ impl RunSummary {
             energy,
             relative_drift,
             largest_damage: simulation.largest_damage(),
-            cracks: cracks.iter().take(MOST_CRACKS).cloned().collect(),
+            cracks: simulation.cracks().into_iter().take(MOST_CRACKS).collect(),
+            packing: None,
             seconds,
             warnings,
         }

@@ -8,6 +8,8 @@
 //!
 //! Pairs are found from a list of all pairs within a skin, made anew once some sphere has moved by half of it.
 
+mod saved;
+
 use std::collections::HashMap;
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};

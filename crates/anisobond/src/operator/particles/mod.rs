@@ -17,4 +17,4 @@ mod three;
 pub use contact::{ContactLaw, TouchingPair};
 pub use model::{ParticleModel, Strength, bulk_masses, sphere_masses};
 pub use pose::Pose;
-pub use system::{Broken, Particles, Sums};
+pub use system::{Broken, Particles, Snapshot, Sums};

@@ -2,6 +2,8 @@
 //!
 //! Inside, particles are numbered along a space-filling curve; everything public counts as the packing does.
 
+mod saved;
+
 use std::collections::HashSet;
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
@@ -16,6 +18,9 @@ use crate::lattice::Packing;
 use crate::operator::morton::morton_order;
 use crate::operator::{Kinematics, Network};
 use crate::{Error, Result};
+
+pub use saved::Snapshot;
+pub(super) use saved::{flat, vectors};
 
 /// What one evaluation of the forces summed up.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,0 +1,157 @@
+//! Conditions as what acts on spheres at a moment.
+
+use std::collections::HashMap;
+
+use nalgebra::Vector3;
+
+use super::problem::PackingProblem;
+use crate::experiment::element_test::Rotations;
+use crate::experiment::problem::{Condition, History};
+use crate::operator::particles::Particles;
+use crate::solver::particles::{Acting, Held, PointLoad, Support};
+use crate::{Error, Result};
+
+/// A prescribed component of a sphere: `value` (m or m/s) times a history.
+#[derive(Clone, Copy, Debug)]
+struct Prescribed {
+    sphere: u32,
+    axis: usize,
+    velocity: bool,
+    history: usize,
+    value: f64,
+}
+
+/// What acts on the spheres of a body.
+#[derive(Clone, Debug)]
+pub(super) struct Loading {
+    histories: Vec<History>,
+    forces: Vec<(u32, usize, Vector3<f64>)>,
+    prescribed: Vec<Prescribed>,
+    /// Spheres whose rotation is held: all, or none.
+    unturned: u32,
+}
+
+impl Loading {
+    /// # Errors
+    /// A sphere that does not exist; a component that two conditions prescribe differently.
+    pub(super) fn new(problem: &PackingProblem) -> Result<Self> {
+        let spheres = problem.model.packing.len();
+        let unturned = if problem.rotations == Rotations::Blocked { spheres as u32 } else { 0 };
+        let mut loading = Loading { histories: Vec::new(), forces: Vec::new(), prescribed: Vec::new(), unturned };
+        let mut known: HashMap<(u32, usize), Prescribed> = HashMap::new();
+        for condition in &problem.conditions {
+            let history = loading.histories.len();
+            let (nodes, time) = match condition {
+                Condition::Force { nodes, history, .. }
+                | Condition::Displacement { nodes, history, .. }
+                | Condition::Velocity { nodes, history, .. } => (nodes, history),
+            };
+            if let Some(missing) = nodes.iter().find(|&&s| s as usize >= spheres) {
+                return Err(Error::input(
+                    format!("a condition is on sphere {}, but there are {spheres}", u64::from(*missing) + 1),
+                    "use the spheres that exist",
+                ));
+            }
+            loading.histories.push(time.clone());
+            match condition {
+                Condition::Force { nodes, force, .. } => {
+                    loading.forces.extend(nodes.iter().zip(force).map(|(&sphere, &f)| (sphere, history, f)));
+                }
+                Condition::Displacement { nodes, value, .. } | Condition::Velocity { nodes, value, .. } => {
+                    let velocity = matches!(condition, Condition::Velocity { .. });
+                    for &sphere in nodes {
+                        for axis in 0..3 {
+                            let Some(value) = value[axis] else { continue };
+                            let entry = Prescribed { sphere, axis, velocity, history, value };
+                            match known.insert((sphere, axis), entry) {
+                                None => loading.prescribed.push(entry),
+                                Some(other) if loading.same(&other, &entry) => {}
+                                Some(_) => return Err(contradiction(problem, sphere, axis)),
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        loading.prescribed.sort_by_key(|p| (p.sphere, p.axis));
+        Ok(loading)
+    }
+
+    /// Whether both prescribe the same at all times.
+    fn same(&self, a: &Prescribed, b: &Prescribed) -> bool {
+        let history = |p: &Prescribed| &self.histories[p.history];
+        a.velocity == b.velocity && a.value == b.value && (a.value == 0.0 || history(a) == history(b))
+    }
+
+    pub(super) fn has_velocities(&self) -> bool {
+        self.prescribed.iter().any(|p| p.velocity)
+    }
+
+    fn factors(&self, t: f64) -> Vec<f64> {
+        self.histories.iter().map(|h| h.at(t)).collect()
+    }
+
+    /// Forces at time t (s) or a load factor.
+    pub(super) fn loads(&self, t: f64) -> Vec<PointLoad> {
+        let now = self.factors(t);
+        let load = |&(sphere, history, force): &(u32, usize, Vector3<f64>)| PointLoad {
+            sphere,
+            force: force * now[history],
+            moment: Vector3::zeros(),
+        };
+        self.forces.iter().map(load).collect()
+    }
+
+    /// What acts at time t (s) and prescribes the velocities half a step (s) ahead. A displacement is prescribed as the
+    /// velocity that leads to where it is to be after the step.
+    pub(super) fn acting(&self, particles: &Particles, t: f64, step: f64) -> Acting {
+        let (half, whole) = (self.factors(t + 0.5 * step), self.factors(t + step));
+        let held = |p: &Prescribed| {
+            let velocity = if p.velocity {
+                p.value * half[p.history]
+            } else {
+                (p.value * whole[p.history] - particles.displacement(p.sphere as usize)[p.axis]) / step
+            };
+            Held { sphere: p.sphere, component: p.axis, velocity }
+        };
+        let mut held: Vec<Held> = self.prescribed.iter().map(held).collect();
+        let still = |sphere| (3..6).map(move |component| Held { sphere, component, velocity: 0.0 });
+        held.extend((0..self.unturned).flat_map(still));
+        Acting { loads: self.loads(t), held }
+    }
+
+    /// Prescribed displacements at a load factor (or time), spheres that nothing joins held where they are.
+    pub(super) fn supports(&self, t: f64, loose: &[u32]) -> Vec<Support> {
+        let now = self.factors(t);
+        let mut supports: HashMap<u32, [Option<f64>; 6]> = HashMap::new();
+        for p in self.prescribed.iter().filter(|p| !p.velocity) {
+            supports.entry(p.sphere).or_insert([None; 6])[p.axis] = Some(p.value * now[p.history]);
+        }
+        for sphere in 0..self.unturned {
+            supports.entry(sphere).or_insert([None; 6])[3..].fill(Some(0.0));
+        }
+        for &sphere in loose {
+            let value = supports.entry(sphere).or_insert([None; 6]);
+            value.iter_mut().for_each(|v| *v = v.or(Some(0.0)));
+        }
+        let mut supports: Vec<Support> =
+            supports.into_iter().map(|(sphere, value)| Support { sphere, value }).collect();
+        supports.sort_by_key(|s| s.sphere);
+        supports
+    }
+}
+
+fn contradiction(problem: &PackingProblem, sphere: u32, axis: usize) -> Error {
+    let x = problem.position(sphere as usize);
+    Error::input(
+        format!(
+            "component {} of sphere {} at ({}, {}, {}) m is prescribed differently by two conditions",
+            ["x", "y", "z"][axis],
+            sphere + 1,
+            x.x,
+            x.y,
+            x.z
+        ),
+        "let the regions of the two conditions not share spheres, or prescribe other components",
+    )
+}

@@ -1,0 +1,141 @@
+//! A body of bonded spheres, how it is loaded, and what is measured.
+
+use nalgebra::Vector3;
+use serde::Serialize;
+
+use crate::experiment::element_test::Rotations;
+use crate::experiment::problem::{Condition, OutputPlan, Probe, Schedule};
+use crate::operator::particles::ParticleModel;
+use crate::tensor::Stiffness;
+
+/// Everything that a run on a packing needs; nodes of conditions and probes are numbers of spheres.
+#[derive(Clone, Debug)]
+pub struct PackingProblem {
+    /// Name of the case.
+    pub name: String,
+    /// Spheres, bonds, masses, strength and contact.
+    pub model: ParticleModel,
+    /// Volume of rock (m³), pores included, that each sphere stands for.
+    pub volumes: Vec<f64>,
+    /// Where the origin of the packing's coordinates lies in those of the case (m).
+    pub origin: Vector3<f64>,
+    /// Axes along which the body is periodic. Along the others the packing's cell, if there is one, is so large that no
+    /// bond passes its faces.
+    pub periodic: [bool; 3],
+    /// Whether spheres rotate.
+    pub rotations: Rotations,
+    /// What holds and drives.
+    pub conditions: Vec<Condition>,
+    /// Initial velocities (m/s) of spheres; later entries win.
+    pub initial_velocity: Vec<(Vec<u32>, Vector3<f64>)>,
+    /// Motion or equilibrium.
+    pub schedule: Schedule,
+    /// Local damping λ (–), 0 ≤ λ < 1.
+    pub local_damping: f64,
+    /// What drives the cell of a body periodic along all axes; `None`: it keeps its shape.
+    pub servo: Option<ServoPlan>,
+    /// Series in time.
+    pub probes: Vec<Probe>,
+    /// Files.
+    pub output: OutputPlan,
+    /// What the lattice is, for the summary.
+    pub evidence: PackingEvidence,
+}
+
+impl PackingProblem {
+    /// Where a sphere is at the start (m), in the coordinates of the case.
+    pub fn position(&self, sphere: usize) -> Vector3<f64> {
+        self.model.packing.centres()[sphere] + self.origin
+    }
+
+    /// Mean radius of the spheres (m).
+    pub fn mean_radius(&self) -> f64 {
+        let radii = self.model.packing.radii();
+        radii.iter().sum::<f64>() / radii.len() as f64
+    }
+
+    /// Whether the body is periodic along all axes.
+    pub fn is_periodic(&self) -> bool {
+        self.periodic == [true; 3]
+    }
+}
+
+/// What drives one component of a periodic cell; tension is positive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CellDrive {
+    /// Strain rate ε̇_ij (1/s), not γ̇; of the logarithmic strain where it is a normal one.
+    Rate(f64),
+    /// Stress (Pa).
+    Stress(f64),
+    /// Stress (Pa) until a moment (s), then a strain rate (1/s).
+    StressThenRate {
+        /// Stress (Pa).
+        stress: f64,
+        /// Moment (s).
+        until: f64,
+        /// Strain rate (1/s).
+        rate: f64,
+    },
+}
+
+/// The servo of a periodic cell.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ServoPlan {
+    /// Components 11 22 33 23 13 12.
+    pub drives: [CellDrive; 6],
+    /// Share of a missing stress that one step makes good (–).
+    pub gain: f64,
+    /// Largest strain rate (1/s) of a component driven by stress; may be infinite.
+    pub fastest: f64,
+}
+
+/// What a packing's lattice is, and what was asked of it.
+#[derive(Clone, Debug, Serialize)]
+pub struct PackingEvidence {
+    /// Contact radius I_R.
+    pub contact_radius: f64,
+    /// Bonds per sphere of the periodic packing that the body is made from.
+    pub coordination: f64,
+    /// Stiffness asked of the lattice (Pa, Voigt).
+    #[serde(serialize_with = "voigt")]
+    pub prescribed: Stiffness,
+    /// The sum over bonds at uniform strain (Pa, Voigt), an upper bound of what an element test measures.
+    #[serde(serialize_with = "voigt")]
+    pub summed: Stiffness,
+    /// What the element test measures after a correction (Pa, Voigt); `None` without one.
+    #[serde(serialize_with = "maybe_voigt")]
+    pub measured: Option<Stiffness>,
+}
+
+fn voigt<S: serde::Serializer>(c: &Stiffness, serializer: S) -> Result<S::Ok, S::Error> {
+    c.voigt_rows().serialize(serializer)
+}
+
+fn maybe_voigt<S: serde::Serializer>(c: &Option<Stiffness>, serializer: S) -> Result<S::Ok, S::Error> {
+    c.map(|c| c.voigt_rows()).serialize(serializer)
+}
+
+/// Mean stress (Pa) and strain (–) of a periodic cell, components 11 22 33 23 13 12; tension is positive. Normal strains
+/// are logarithmic, ln F_ii; shears are ½ (F_ij + F_ji).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, serde::Deserialize)]
+pub struct CellState {
+    /// Stress (Pa).
+    pub stress: [f64; 6],
+    /// Strain (–).
+    pub strain: [f64; 6],
+}
+
+/// The largest differential stress so far of the component that a servo strains fastest.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, serde::Deserialize)]
+pub struct Peak {
+    /// Index of the component in 11 22 33.
+    pub axis: usize,
+    /// Largest |σ_axial − mean of the lateral stresses| (Pa).
+    pub differential: f64,
+    /// Axial stress there (Pa).
+    pub stress: f64,
+    /// Axial strain there (–).
+    pub strain: f64,
+    /// Moment (s).
+    pub time: f64,
+}

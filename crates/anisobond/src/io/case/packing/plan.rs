@@ -1,0 +1,66 @@
+//! What a run on a packing would take, counted without running it.
+
+use nalgebra::Vector3;
+use serde::Serialize;
+
+use crate::experiment::{Condition, PackingEvidence, PackingProblem};
+use crate::io::case::{CaseFile, ConditionPlan, plan::kind};
+
+/// Numbers of a case on a packing.
+#[derive(Clone, Debug, Serialize)]
+pub struct PackingPlan {
+    /// Name of the case.
+    pub name: String,
+    /// Spheres.
+    pub particles: usize,
+    /// Mean radius (m).
+    pub radius: f64,
+    /// Bonds, each pair counted once.
+    pub bonds: usize,
+    /// Axes along which the body is periodic.
+    pub periodic: [bool; 3],
+    /// Volume of rock that the spheres stand for (m³), pores included.
+    pub volume: f64,
+    /// Mass (kg).
+    pub mass: f64,
+    /// Whether bonds break.
+    pub breaks: bool,
+    /// Estimate of the memory of a run (bytes).
+    pub memory: u64,
+    /// The lattice.
+    pub lattice: PackingEvidence,
+    /// Conditions.
+    pub conditions: Vec<ConditionPlan>,
+    /// Names of probes, with the number of their spheres.
+    pub probes: Vec<(String, usize)>,
+}
+
+pub(crate) fn plan(case: &CaseFile, problem: &PackingProblem) -> PackingPlan {
+    let conditions = case.conditions.iter().zip(&problem.conditions).map(|(statement, condition)| {
+        let (nodes, force) = match condition {
+            Condition::Displacement { nodes, .. } | Condition::Velocity { nodes, .. } => (nodes.len(), None),
+            Condition::Force { nodes, force, .. } => (nodes.len(), Some(force)),
+        };
+        ConditionPlan {
+            name: statement.name.clone(),
+            kind: kind(&statement.load),
+            nodes,
+            force: force.map(|f| f.iter().sum::<Vector3<f64>>().into()),
+            load: force.map(|f| f.iter().map(Vector3::norm).sum()),
+        }
+    });
+    PackingPlan {
+        name: problem.name.clone(),
+        particles: problem.model.packing.len(),
+        radius: problem.mean_radius(),
+        bonds: problem.model.bonds.len(),
+        periodic: problem.periodic,
+        volume: problem.volumes.iter().sum(),
+        mass: problem.model.mass.iter().sum(),
+        breaks: problem.model.strength.is_some(),
+        memory: problem.memory(),
+        lattice: problem.evidence.clone(),
+        conditions: conditions.collect(),
+        probes: problem.probes.iter().map(|p| (p.name.clone(), p.nodes.len())).collect(),
+    }
+}
