@@ -66,6 +66,7 @@ impl FailingBonds {
     pub fn softening(mut grid: GridBonds<f64>, law: LinearSoftening) -> Self {
         let critical = grid.stencils.iter_mut().flat_map(|s| &mut s.critical).chain(&mut grid.critical);
         critical.for_each(|s| *s = law.onset(*s));
+        grid.surroundings.set(&grid.half, &grid.stiffness, &grid.critical);
         FailingBonds { grid, soft: Some(SoftBonds::new(law)) }
     }
 

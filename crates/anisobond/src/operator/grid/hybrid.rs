@@ -48,11 +48,7 @@ impl<T: Real> GridBonds<T> {
 
     /// K⁻¹ (1/m²) of a node's unbroken bonds; zero where they do not fill space.
     fn inverse_shape(&self, node: usize) -> Matrix3<f64> {
-        let n = self.row_nodes();
-        let (row, e) = (node / n, node % n);
-        // All bonds are there, whatever their stencils.
-        let whole = self.whole[row * self.layout.length + e % self.layout.length] && !self.is_special(node);
-        if whole || self.degree(row, e) == self.half.bonds {
+        if self.has_all_bonds(node) {
             return self.shape_inverse;
         }
         let mut shape = Matrix3::zeros();
@@ -61,6 +57,17 @@ impl<T: Real> GridBonds<T> {
         match shape.symmetric_eigenvalues().min() > FLAT * bulk {
             true => shape.try_inverse().unwrap_or_default(),
             false => Matrix3::zeros(),
+        }
+    }
+
+    /// Whether a node has all bonds of the neighbourhood, whatever their stencils.
+    fn has_all_bonds(&self, node: usize) -> bool {
+        let (row, e) = (node / self.row_nodes(), node % self.row_nodes());
+        match self.special_place(node) {
+            Some(place) => self.surroundings.is_whole(place),
+            None => {
+                self.whole[row * self.layout.length + e % self.layout.length] || self.degree(row, e) == self.half.bonds
+            }
         }
     }
 

@@ -25,6 +25,7 @@ mod spectrum;
 mod state;
 mod stencil;
 mod strip;
+mod surroundings;
 mod sweep;
 mod tables;
 

@@ -15,6 +15,7 @@ use super::lanes::{InstructionSet, Lanes};
 use super::offsets::Offsets;
 use super::padded::Padded;
 use super::real::Real;
+use super::special::Ends;
 use super::sweep::Law;
 use super::tables::{Tables, Wanted, paired};
 use crate::operator::Kinematics;
@@ -51,6 +52,8 @@ pub struct Scratch<T: Real> {
     mixed_of: (u32, usize),
     /// What is done at once.
     runs: Vec<Run>,
+    /// Displacements of the neighbours of a special node.
+    ends: Ends<T>,
     /// Bonds over their threshold.
     over: Vec<(u32, u32, u32)>,
 }
@@ -67,6 +70,7 @@ impl<T: Real> Scratch<T> {
             mixed: Aligned::zeros(4 * half * layout.lanes),
             mixed_of: (0, 0),
             runs: Vec::new(),
+            ends: Ends::new(half),
             over: Vec::new(),
         }
     }
@@ -361,15 +365,18 @@ unsafe fn natural_in<T: Real, L: Lanes<T = T>>(
         }
     }
     let range = bonds.special_from[row] as usize..bonds.special_from[row + 1] as usize;
-    for &node in &bonds.special[range] {
+    let of_kind = &bonds.offsets[layout.kind(row)];
+    for place in range {
+        let node = bonds.special[place];
         let e = node as usize % n;
         if task.wanted == Wanted::Energy {
             let of = |p| bonds.bond_energy(task.u, task.law.kinematics, node as usize, p);
             scratch.natural[0][e] = T::of((0..bonds.half.len()).map(of).sum());
             continue;
         }
-        // SAFETY: the machine has the instruction set.
-        let f = unsafe { bonds.special_force::<L>(task.u, task.law, row, e, events) };
+        let offsets = if of_kind.inside { of_kind } else { &scratch.offsets[row - task.rows.start] };
+        // SAFETY: the machine has the instruction set; the offsets are those of the row.
+        let f = unsafe { bonds.special_force::<L>(task.u, task.law, place, offsets, &mut scratch.ends, events) };
         for (to, f) in scratch.natural.iter_mut().zip(f) {
             to[e] = f;
         }
