@@ -64,6 +64,8 @@ pub struct GridBonds<T: Real = f64> {
     pub(super) bulk_block: Vec<OnceLock<Matrix3<f64>>>,
     /// Displacements between calls of the linear operator.
     pub(super) scratch: Mutex<Option<Padded<T>>>,
+    /// P of the nodal term between passes.
+    pub(super) nodal_scratch: Mutex<Option<[Padded<T>; 3]>>,
 }
 
 /// Stencils of a vector's lanes; lanes that are not bulk have that of another.
@@ -126,6 +128,7 @@ impl<T: Real> GridBonds<T> {
             surroundings: Surroundings::none(),
             bulk_block: stencils.iter().map(|_| OnceLock::new()).collect(),
             scratch: Mutex::new(None),
+            nodal_scratch: Mutex::new(None),
             offsets: Offsets::by_kind(&layout, &half, words),
             neighbourhood: neighbourhood.clone(),
             full: stencil.iter().all(|&s| s > 0),

@@ -16,6 +16,7 @@ mod layout;
 mod linear_operator;
 mod measure;
 pub mod naive;
+mod nodal;
 mod offsets;
 mod padded;
 mod real;

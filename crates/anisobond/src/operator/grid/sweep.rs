@@ -69,7 +69,7 @@ impl<T: Real> GridBonds<T> {
         assert!(std::sync::Arc::ptr_eq(&u.layout, &self.layout), "displacements of other bonds");
         let n = self.row_nodes();
         let tables = self.tables(law, Wanted::Forces);
-        let pulls = self.nodal_pulls(u);
+        let nodal = self.nodal(u);
         let mut parts: Vec<Option<[&mut [V]; 3]>> = self.parts(fields).into_iter().map(Some).collect();
         let order = self.layout.order.iter().filter_map(|&s| parts[s].take().map(|part| (s, part)));
         let mut visited: Vec<(usize, Vec<R>, Vec<Event>)> = order
@@ -79,22 +79,21 @@ impl<T: Real> GridBonds<T> {
                 || (Scratch::new(self), Ahead::default()),
                 |(scratch, ahead), (strip, [x, y, z])| {
                     let rows = self.layout.strips[strip].clone();
-                    let task =
-                        Task { bonds: self, u, law, tables: &tables, rows: rows.clone(), wanted: Wanted::Forces };
+                    let task = Task {
+                        bonds: self,
+                        u,
+                        law,
+                        tables: &tables,
+                        rows: rows.clone(),
+                        wanted: Wanted::Forces,
+                        nodal: nodal.as_ref(),
+                    };
                     task.ask_ahead([x, y, z], ahead);
                     let mut events = Vec::new();
                     T::strip(&task, scratch, ahead, &mut events);
                     let parts = x.chunks_mut(n).zip(y.chunks_mut(n)).zip(z.chunks_mut(n));
                     let results = rows.zip(parts).map(|(row, ((x, y), z))| {
                         T::natural(&task, scratch, row, &mut events);
-                        if let Some(pulls) = &pulls {
-                            for e in 0..n {
-                                let force = self.nodal_force(pulls, row * n + e);
-                                for (f, add) in scratch.natural.iter_mut().zip(force.iter()) {
-                                    f[e] += T::of(*add);
-                                }
-                            }
-                        }
                         let [fx, fy, fz] = &scratch.natural;
                         visit(row, [fx, fy, fz], [x, y, z])
                     });
@@ -102,6 +101,7 @@ impl<T: Real> GridBonds<T> {
                 },
             )
             .collect();
+        self.keep_nodal(nodal);
         visited.sort_unstable_by_key(|(strip, ..)| *strip);
         let (mut results, mut events) = (Vec::with_capacity(self.layout.rows()), Vec::new());
         for (_, of_rows, broken) in visited {
@@ -131,7 +131,8 @@ impl<T: Real> GridBonds<T> {
         let law = Law { kinematics, breaking: false };
         let tables = self.tables(law, Wanted::Energy);
         let of_strip = |(scratch, ahead): &mut (Scratch<T>, Ahead), rows: &std::ops::Range<usize>| {
-            let task = Task { bonds: self, u, law, tables: &tables, rows: rows.clone(), wanted: Wanted::Energy };
+            let task =
+                Task { bonds: self, u, law, tables: &tables, rows: rows.clone(), wanted: Wanted::Energy, nodal: None };
             T::strip(&task, scratch, ahead, &mut Vec::new());
             let of_row = |row| {
                 T::natural(&task, scratch, row, &mut Vec::new());
