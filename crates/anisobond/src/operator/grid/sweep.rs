@@ -9,6 +9,7 @@ use super::real::Real;
 use super::strip::{Event, Scratch, Task};
 use super::tables::Wanted;
 use crate::operator::Kinematics;
+use crate::{Error, Result};
 
 /// How bonds respond in a pass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -32,19 +33,49 @@ impl<T: Real> GridBonds<T> {
     /// Forces (N) of displacements, row by row in parallel: `visit` is given a row's number j + n₂k, its forces in
     /// natural order (zero where there is no node) and the row's part of three arrays of one value per node, and returns
     /// what is gathered by row. Bonds do not break.
+    ///
+    /// # Errors
+    /// Displacements in the layout of another body or neighbourhood: they are made by [`GridBonds::padded`] of these bonds.
     pub fn sweep<V: Send, R: Send>(
         &self,
         u: &Padded<T>,
         kinematics: Kinematics,
         fields: [&mut [V]; 3],
         visit: impl Fn(usize, [&[T]; 3], [&mut [V]; 3]) -> R + Sync,
-    ) -> Vec<R> {
-        self.pass(u, Law { kinematics, breaking: false }, fields, visit).0
+    ) -> Result<Vec<R>> {
+        self.refuse_others(u)?;
+        Ok(self.pass(u, Law { kinematics, breaking: false }, fields, visit).0)
     }
 
     /// As [`GridBonds::sweep`]; bonds stretched above their critical stretch break, are without force already in this
     /// pass, and are counted. Both ends of a bond decide identically.
+    ///
+    /// # Errors
+    /// As [`GridBonds::sweep`].
     pub fn sweep_breaking<V: Send, R: Send>(
+        &mut self,
+        u: &Padded<T>,
+        kinematics: Kinematics,
+        fields: [&mut [V]; 3],
+        visit: impl Fn(usize, [&[T]; 3], [&mut [V]; 3]) -> R + Sync,
+    ) -> Result<(Broken, Vec<R>)> {
+        self.refuse_others(u)?;
+        Ok(self.pass_breaking(u, kinematics, fields, visit))
+    }
+
+    /// Displacements of other bonds are in another layout, or may be.
+    pub(super) fn refuse_others(&self, u: &Padded<T>) -> Result<()> {
+        match std::sync::Arc::ptr_eq(&u.layout, &self.layout) {
+            true => Ok(()),
+            false => Err(Error::input(
+                "the displacements are in the layout of other bonds",
+                "make them by `padded` of these bonds",
+            )),
+        }
+    }
+
+    /// [`GridBonds::sweep_breaking`] for displacements of these bonds.
+    pub(super) fn pass_breaking<V: Send, R: Send>(
         &mut self,
         u: &Padded<T>,
         kinematics: Kinematics,
@@ -59,6 +90,7 @@ impl<T: Real> GridBonds<T> {
         (broken, result)
     }
 
+    /// Forces, and what breaks, for displacements of these bonds ([`GridBonds::refuse_others`]).
     pub(super) fn pass<V: Send, R: Send>(
         &self,
         u: &Padded<T>,
@@ -66,7 +98,6 @@ impl<T: Real> GridBonds<T> {
         fields: [&mut [V]; 3],
         visit: impl Fn(usize, [&[T]; 3], [&mut [V]; 3]) -> R + Sync,
     ) -> (Vec<R>, Vec<Event>) {
-        assert!(std::sync::Arc::ptr_eq(&u.layout, &self.layout), "displacements of other bonds");
         let n = self.row_nodes();
         let tables = self.tables(law, Wanted::Forces);
         let nodal = self.nodal(u);
