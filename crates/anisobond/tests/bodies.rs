@@ -58,9 +58,11 @@ fn forces(bonds: &GridBonds<f64>, u: &VectorField, kinematics: Kinematics) -> Ve
     padded.set(u);
     let mut f = VectorField::zeros(u.len());
     let [x, y, z] = &mut f.components;
-    bonds.sweep(&padded, kinematics, [x, y, z], |_, from, to| {
-        to.into_iter().zip(from).for_each(|(to, from)| to.copy_from_slice(from));
-    });
+    bonds
+        .sweep(&padded, kinematics, [x, y, z], |_, from, to| {
+            to.into_iter().zip(from).for_each(|(to, from)| to.copy_from_slice(from));
+        })
+        .unwrap();
     f
 }
 

@@ -118,11 +118,13 @@ fn forces<T: Real>(bonds: &GridBonds<T>, u: &VectorField, kinematics: Kinematics
     padded.set(u);
     let mut f = VectorField::zeros(u.len());
     let [x, y, z] = &mut f.components;
-    bonds.sweep(&padded, kinematics, [x, y, z], |_, from, to| {
-        for (to, from) in to.into_iter().zip(from) {
-            to.iter_mut().zip(from).for_each(|(to, from)| *to = from.f64());
-        }
-    });
+    bonds
+        .sweep(&padded, kinematics, [x, y, z], |_, from, to| {
+            for (to, from) in to.into_iter().zip(from) {
+                to.iter_mut().zip(from).for_each(|(to, from)| *to = from.f64());
+            }
+        })
+        .unwrap();
     f
 }
 
@@ -201,11 +203,13 @@ fn agrees<T: Real>(tolerance: f64) {
                 let oracle = naive.response(&u, kinematics, true);
                 let mut f = VectorField::zeros(n);
                 let [x, y, z] = &mut f.components;
-                let (broken, _) = bonds.sweep_breaking(&padded, kinematics, [x, y, z], |_, from, to| {
-                    for (to, from) in to.into_iter().zip(from) {
-                        to.iter_mut().zip(from).for_each(|(to, from)| *to = from.f64());
-                    }
-                });
+                let (broken, _) = bonds
+                    .sweep_breaking(&padded, kinematics, [x, y, z], |_, from, to| {
+                        for (to, from) in to.into_iter().zip(from) {
+                            to.iter_mut().zip(from).for_each(|(to, from)| *to = from.f64());
+                        }
+                    })
+                    .unwrap();
                 let found = difference(&f, &oracle.forces, size);
                 assert!(found < tolerance, "{what}: breaking forces differ by {found:e}");
                 assert_eq!(broken.count, oracle.over.len(), "{what}");
@@ -351,6 +355,17 @@ fn momentum_is_kept_and_translations_cost_nothing() {
 }
 
 #[test]
+fn displacements_of_other_bonds_are_refused() {
+    let [a, b] = [[4, 5, 3], [5, 4, 3]].map(|nodes| calibrated(nodes, [false; 3], false));
+    let (mut ours, others) = (a.kernels::<f64>(InstructionSet::best()), b.kernels::<f64>(InstructionSet::best()));
+    let (mut x, mut y, mut z) = (vec![(); 60], vec![(); 60], vec![(); 60]);
+    let u = others.padded();
+    let swept = ours.sweep(&u, Kinematics::Linear, [&mut x, &mut y, &mut z], |_, _, _| ());
+    assert!(swept.unwrap_err().to_string().contains("other bonds"));
+    assert!(ours.sweep_breaking(&u, Kinematics::Finite, [&mut x, &mut y, &mut z], |_, _, _| ()).is_err());
+}
+
+#[test]
 fn results_do_not_depend_on_the_number_of_threads() {
     let setup = setup([21, 9, 8], [false, true, false], Shape::Sphere { radius: 3.0 }, 3.0, Fill::Mixed);
     let u = field(setup.body.grid.len(), 0.03 * SPACING, 8);
@@ -362,10 +377,12 @@ fn results_do_not_depend_on_the_number_of_threads() {
             padded.set(&u);
             let mut f = VectorField::zeros(u.len());
             let [x, y, z] = &mut f.components;
-            let (broken, sums) = bonds.sweep_breaking(&padded, Kinematics::Finite, [x, y, z], |_, f, to| {
-                to.into_iter().zip(f).for_each(|(to, f)| to.copy_from_slice(f));
-                f[0].iter().sum::<f64>()
-            });
+            let (broken, sums) = bonds
+                .sweep_breaking(&padded, Kinematics::Finite, [x, y, z], |_, f, to| {
+                    to.into_iter().zip(f).for_each(|(to, f)| to.copy_from_slice(f));
+                    f[0].iter().sum::<f64>()
+                })
+                .unwrap();
             assert!(broken.count > 0);
             (f, broken, sums, bonds.damage(), bonds.energy(&padded, Kinematics::Finite))
         })
@@ -391,11 +408,13 @@ fn the_stable_step_is_exact_for_a_periodic_block() {
             let mut v = VectorField::zeros(bonds.body().grid.len());
             for _ in 0..100 {
                 let [x, y, z] = &mut v.components;
-                bonds.sweep(&u, Kinematics::Linear, [x, y, z], |_, f, v| {
-                    for (v, f) in v.into_iter().zip(f) {
-                        v.iter_mut().zip(f).for_each(|(v, f)| *v += step / mass * f);
-                    }
-                });
+                bonds
+                    .sweep(&u, Kinematics::Linear, [x, y, z], |_, f, v| {
+                        for (v, f) in v.into_iter().zip(f) {
+                            v.iter_mut().zip(f).for_each(|(v, f)| *v += step / mass * f);
+                        }
+                    })
+                    .unwrap();
                 u.drift(v.components.each_ref().map(|v| &v[..]), step);
             }
             u.get().components.iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs())) > 1e-3

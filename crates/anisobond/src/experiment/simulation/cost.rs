@@ -50,8 +50,9 @@ impl RunCost {
                 let mut u = bonds.grid().padded();
                 let seconds = per_pass(|| {
                     motion.drift(&mut u);
-                    motion.kick(problem, &loading, &mut bonds, &u, (0.0, evidence.step), false);
-                });
+                    motion.kick(problem, &loading, &mut bonds, &u, (0.0, evidence.step), false)?;
+                    Ok(())
+                })?;
                 let steps = evidence.steps_in(duration);
                 Ok(RunCost {
                     stable_step_s: Some(evidence.stable),
@@ -62,7 +63,10 @@ impl RunCost {
             }
             Schedule::Equilibrium { steps, .. } => {
                 let mut forces = still.clone();
-                let seconds = per_pass(|| bonds.forces(&still, &mut forces));
+                let seconds = per_pass(|| {
+                    bonds.forces(&still, &mut forces);
+                    Ok(())
+                })?;
                 let expected_seconds = steps as f64 * PASSES_PER_LOAD_STEP * seconds;
                 Ok(RunCost { stable_step_s: None, step_s: None, steps: steps as u64, expected_seconds })
             }
@@ -71,9 +75,9 @@ impl RunCost {
 }
 
 /// Seconds of one pass, the mean of a few.
-fn per_pass(mut pass: impl FnMut()) -> f64 {
-    (0..BEFORE).for_each(|_| pass());
+fn per_pass(mut pass: impl FnMut() -> Result<()>) -> Result<f64> {
+    (0..BEFORE).try_for_each(|_| pass())?;
     let start = Instant::now();
-    (0..PASSES).for_each(|_| pass());
-    start.elapsed().as_secs_f64() / PASSES as f64
+    (0..PASSES).try_for_each(|_| pass())?;
+    Ok(start.elapsed().as_secs_f64() / PASSES as f64)
 }

@@ -22,10 +22,7 @@ impl Simulation {
     /// Forces of the bonds on all nodes (N).
     pub fn forces(&self) -> VectorField {
         let mut f = VectorField::zeros(self.problem.body.grid.len());
-        let [x, y, z] = &mut f.components;
-        self.bonds.sweep_intact(&self.u, self.problem.kinematics, [x, y, z], |_, from, to| {
-            to.into_iter().zip(from).for_each(|(to, from)| to.copy_from_slice(from));
-        });
+        self.bonds.forces_of(&self.u.get(), self.problem.kinematics, &mut f);
         f
     }
 

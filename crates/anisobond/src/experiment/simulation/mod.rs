@@ -157,7 +157,7 @@ impl Simulation {
                 let damping = damping_of(&self.problem.schedule);
                 let mut motion = Motion::new(&self.problem, velocity, evidence.step, damping);
                 let at = (0.0, 0.5 * evidence.step);
-                let first = motion.kick(&self.problem, &self.loading, &mut self.bonds, &self.u, at, true);
+                let first = motion.kick(&self.problem, &self.loading, &mut self.bonds, &self.u, at, true)?;
                 // Nothing lies behind the first pass.
                 let last = Pass { external: 0.0, damping: 0.0, ..first };
                 self.stage = Stage::Motion { motion, evidence, last };
@@ -206,7 +206,7 @@ impl Simulation {
             self.ledger.fracture += last.failure.ahead;
             motion.drift(&mut self.u);
             let at = (next as f64 * evidence.step, evidence.step);
-            *last = motion.kick(&self.problem, &self.loading, &mut self.bonds, &self.u, at, measured);
+            *last = motion.kick(&self.problem, &self.loading, &mut self.bonds, &self.u, at, measured)?;
         }
         self.step = next;
         self.settle_ledger(measured);

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::loading::{Factors, Loading};
+use crate::Result;
 use crate::experiment::problem::Problem;
 use crate::operator::grid::{FailingBonds, Failure, Padded};
 use crate::operator::{Kinematics, VectorField};
@@ -84,13 +85,13 @@ impl Motion {
         u: &Padded<f64>,
         (t, span): (f64, f64),
         measured: bool,
-    ) -> Pass {
+    ) -> Result<Pass> {
         let n = problem.body.grid.nodes[0];
         let kinematics = problem.kinematics;
         std::mem::swap(&mut self.velocity, &mut self.behind);
         let behind = &self.behind;
         let way_behind = (span == self.step).then_some((behind, self.step));
-        let mut failure = bonds.soften(u, kinematics, way_behind, 0.0);
+        let mut failure = bonds.soften(u, kinematics, way_behind, 0.0)?;
         let row = RowKick {
             loading,
             kick: Kick { step: span, damping: self.damping },
@@ -110,11 +111,11 @@ impl Motion {
             row.advance(number, &region[nodes], force, behind, velocity)
         };
         let [x, y, z] = &mut self.velocity.components;
-        let (found, sums) = bonds.sweep(u, kinematics, [x, y, z], visit);
+        let (found, sums) = bonds.sweep(u, kinematics, [x, y, z], visit)?;
         failure += bonds.break_off(found, u, kinematics, way_behind, Some((&self.velocity, self.step)));
         let [external, external_ahead, damping, damping_ahead, kinetic, strain] =
             sums.iter().fold([0.0; 6], |sum, row| std::array::from_fn(|i| sum[i] + row[i]));
-        Pass { kinetic, external, external_ahead, damping, damping_ahead, strain, failure }
+        Ok(Pass { kinetic, external, external_ahead, damping, damping_ahead, strain, failure })
     }
 }
 

@@ -13,6 +13,7 @@ use super::offsets::Offsets;
 use super::padded::Padded;
 use super::real::{Real, Word};
 use super::stencil::{HalfBonds, MOST_LANES, Stencil};
+use super::surroundings::Surroundings;
 use crate::calibration::StrainAverage;
 use crate::lattice::{Body, Neighbourhood};
 use crate::{Error, Result};
@@ -53,6 +54,8 @@ pub struct GridBonds<T: Real = f64> {
     /// Nodes that are not bulk, ascending, and where those of each row begin.
     pub(super) special: Vec<u32>,
     pub(super) special_from: Vec<u32>,
+    /// Constants of their bonds.
+    pub(super) surroundings: Surroundings<T>,
     /// Whether any bond can break.
     pub(super) breakable: bool,
     /// K⁻¹ (1/m²) of a whole neighbourhood, of the nodal term.
@@ -61,6 +64,8 @@ pub struct GridBonds<T: Real = f64> {
     pub(super) bulk_block: Vec<OnceLock<Matrix3<f64>>>,
     /// Displacements between calls of the linear operator.
     pub(super) scratch: Mutex<Option<Padded<T>>>,
+    /// P of the nodal term between passes.
+    pub(super) nodal_scratch: Mutex<Option<[Padded<T>; 3]>>,
 }
 
 /// Stencils of a vector's lanes; lanes that are not bulk have that of another.
@@ -120,8 +125,10 @@ impl<T: Real> GridBonds<T> {
             mixtures: vec![],
             special: vec![],
             special_from: vec![],
+            surroundings: Surroundings::none(),
             bulk_block: stencils.iter().map(|_| OnceLock::new()).collect(),
             scratch: Mutex::new(None),
+            nodal_scratch: Mutex::new(None),
             offsets: Offsets::by_kind(&layout, &half, words),
             neighbourhood: neighbourhood.clone(),
             full: stencil.iter().all(|&s| s > 0),
@@ -135,6 +142,7 @@ impl<T: Real> GridBonds<T> {
         };
         bonds.connect();
         bonds.sort_nodes();
+        bonds.surroundings = Surroundings::new(&bonds);
         bonds.find_whole();
         Ok(bonds)
     }
@@ -180,6 +188,7 @@ impl<T: Real> GridBonds<T> {
             + self.whole.len()
             + 4 * (self.mixture.len() + self.special.len() + self.special_from.len())
             + 2 * (self.stencil.len() + self.body.region.len())
+            + self.surroundings.bytes()
             + self.mixtures.len() * size_of::<Mixture>()
             + 2 * size_of::<T>() * self.stiffness.len()
     }
@@ -272,9 +281,7 @@ impl<T: Real> GridBonds<T> {
 
     /// Whether a node is in the list of special ones.
     pub(super) fn is_special(&self, node: usize) -> bool {
-        let row = node / self.row_nodes();
-        let range = self.special_from[row] as usize..self.special_from[row + 1] as usize;
-        self.special[range].binary_search(&(node as u32)).is_ok()
+        self.special_place(node).is_some()
     }
 
     /// Vectors all bonds of whose bulk lanes are there.
@@ -348,6 +355,12 @@ impl<T: Real> GridBonds<T> {
             self.whole[row * layout.length + e % layout.length] = false;
             if let Some(other) = self.node_at(row, e, self.half.offset[p]) {
                 self.whole[other / n * layout.length + other % n % layout.length] = false;
+                if let Some(place) = self.special_place(other) {
+                    self.surroundings.clear(place, p, false);
+                }
+            }
+            if let Some(place) = self.special_place(node) {
+                self.surroundings.clear(place, p, true);
             }
         }
     }

@@ -66,6 +66,7 @@ impl FailingBonds {
     pub fn softening(mut grid: GridBonds<f64>, law: LinearSoftening) -> Self {
         let critical = grid.stencils.iter_mut().flat_map(|s| &mut s.critical).chain(&mut grid.critical);
         critical.for_each(|s| *s = law.onset(*s));
+        grid.surroundings.set(&grid.half, &grid.stiffness, &grid.critical);
         FailingBonds { grid, soft: Some(SoftBonds::new(law)) }
     }
 
@@ -85,7 +86,22 @@ impl FailingBonds {
 
     /// Damage softening bonds by displacements u (m), to which the step `behind` has led; secants that would fall by no more
     /// than `tolerance` (–) stay. Brittle bonds are left as they are.
-    pub fn soften(&mut self, u: &Padded<f64>, kinematics: Kinematics, behind: Option<Way>, tolerance: f64) -> Failure {
+    ///
+    /// # Errors
+    /// As [`GridBonds::sweep`].
+    pub fn soften(
+        &mut self,
+        u: &Padded<f64>,
+        kinematics: Kinematics,
+        behind: Option<Way>,
+        tolerance: f64,
+    ) -> Result<Failure> {
+        self.grid.refuse_others(u)?;
+        Ok(self.soften_by(u, kinematics, behind, tolerance))
+    }
+
+    /// [`FailingBonds::soften`] by displacements of these bonds.
+    fn soften_by(&mut self, u: &Padded<f64>, kinematics: Kinematics, behind: Option<Way>, tolerance: f64) -> Failure {
         let (grid, Some(soft)) = (&self.grid, &mut self.soft) else { return Failure::default() };
         if !grid.breakable() {
             return Failure::default();
@@ -113,29 +129,37 @@ impl FailingBonds {
     /// Forces (N) of displacements, row by row, as [`GridBonds::sweep_breaking`] visits them; brittle bonds that are stretched
     /// too far are without force and are returned, to be broken by [`FailingBonds::break_off`]. Softening bonds pull as damage
     /// lets them.
+    ///
+    /// # Errors
+    /// As [`GridBonds::sweep`].
     pub fn sweep<V: Send, R: Send>(
         &self,
         u: &Padded<f64>,
         kinematics: Kinematics,
         fields: [&mut [V]; 3],
         visit: impl Fn(usize, [&[f64]; 3], [&mut [V]; 3]) -> R + Sync,
-    ) -> (Overstretched, Vec<R>) {
+    ) -> Result<(Overstretched, Vec<R>)> {
         if self.soft.is_none() {
+            self.grid.refuse_others(u)?;
             let law = Law { kinematics, breaking: self.grid.breakable() };
             let (results, events) = self.grid.pass(u, law, fields, visit);
-            return (Overstretched(events), results);
+            return Ok((Overstretched(events), results));
         }
-        (Overstretched::default(), self.sweep_intact(u, kinematics, fields, visit))
+        Ok((Overstretched::default(), self.sweep_intact(u, kinematics, fields, visit)?))
     }
 
     /// As [`FailingBonds::sweep`], and nothing fails.
+    ///
+    /// # Errors
+    /// As [`GridBonds::sweep`].
     pub fn sweep_intact<V: Send, R: Send>(
         &self,
         u: &Padded<f64>,
         kinematics: Kinematics,
         fields: [&mut [V]; 3],
         visit: impl Fn(usize, [&[f64]; 3], [&mut [V]; 3]) -> R + Sync,
-    ) -> Vec<R> {
+    ) -> Result<Vec<R>> {
+        self.grid.refuse_others(u)?;
         let n = self.grid.row_nodes();
         let pulls = self.pulls(kinematics, |node| Vector3::from(u.at(node)));
         self.grid.sweep(u, kinematics, fields, |row, force, fields| {
@@ -182,7 +206,7 @@ impl FailingBonds {
         let mut padded = self.grid.padded();
         padded.set(u);
         if self.soft.is_some() {
-            return self.soften(&padded, kinematics, None, tolerance);
+            return self.soften_by(&padded, kinematics, None, tolerance);
         }
         let found = Overstretched(self.grid.overstretched(&padded, kinematics));
         let failure = self.break_off(found, &padded, kinematics, None, None);

@@ -5,7 +5,6 @@
 //! no matrix but K⁻¹ differs between bulk, surface and crack.
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
-use rayon::prelude::*;
 
 use super::build::GridBonds;
 use super::padded::Padded;
@@ -41,18 +40,14 @@ impl<T: Real> GridBonds<T> {
     }
 
     /// Z of a node, Kelvin-Mandel (Pa).
-    fn nodal_of(&self, node: usize) -> Option<&Matrix6<f64>> {
+    pub(super) fn nodal_of(&self, node: usize) -> Option<&Matrix6<f64>> {
         let s = usize::from(self.stencil[node]).checked_sub(1)?;
         self.stencils[s].nodal.as_ref().map(|z| z.mandel())
     }
 
     /// K⁻¹ (1/m²) of a node's unbroken bonds; zero where they do not fill space.
-    fn inverse_shape(&self, node: usize) -> Matrix3<f64> {
-        let n = self.row_nodes();
-        let (row, e) = (node / n, node % n);
-        // All bonds are there, whatever their stencils.
-        let whole = self.whole[row * self.layout.length + e % self.layout.length] && !self.is_special(node);
-        if whole || self.degree(row, e) == self.half.bonds {
+    pub(super) fn inverse_shape(&self, node: usize) -> Matrix3<f64> {
+        if self.has_all_bonds(node) {
             return self.shape_inverse;
         }
         let mut shape = Matrix3::zeros();
@@ -64,8 +59,19 @@ impl<T: Real> GridBonds<T> {
         }
     }
 
+    /// Whether a node has all bonds of the neighbourhood, whatever their stencils.
+    fn has_all_bonds(&self, node: usize) -> bool {
+        let (row, e) = (node / self.row_nodes(), node % self.row_nodes());
+        match self.special_place(node) {
+            Some(place) => self.surroundings.is_whole(place),
+            None => {
+                self.whole[row * self.layout.length + e % self.layout.length] || self.degree(row, e) == self.half.bonds
+            }
+        }
+    }
+
     /// ω of half bond p.
-    fn weight(&self, p: usize) -> f64 {
+    pub(super) fn weight(&self, p: usize) -> f64 {
         self.neighbourhood.bonds()[self.half.full[p]].influence
     }
 
@@ -83,26 +89,9 @@ impl<T: Real> GridBonds<T> {
         (mandel_of(&(sum * inverse)), inverse)
     }
 
-    /// P of every node (N/m); `None` without nodal terms.
-    pub(super) fn nodal_pulls(&self, u: &Padded<T>) -> Option<Vec<Matrix3<f64>>> {
-        let volume = self.body.grid.spacing.powi(3);
-        let of = |node: usize| {
-            self.nodal_of(node).map_or(Matrix3::zeros(), |z| {
-                let (strain, inverse) = self.strain(u, node);
-                volume * matrix_of(&(z * strain)) * inverse
-            })
-        };
-        self.has_nodal_term().then(|| (0..self.stencil.len()).into_par_iter().with_min_len(64).map(of).collect())
-    }
-
-    /// Σ ω (P_i + P_j) ξ of a node (N).
-    pub(super) fn nodal_force(&self, pulls: &[Matrix3<f64>], node: usize) -> Vector3<f64> {
-        let mut force = Vector3::zeros();
-        self.for_ends(node, |p, ahead, other| {
-            let sign = if ahead { 1.0 } else { -1.0 };
-            force += (sign * self.weight(p)) * ((pulls[node] + pulls[other]) * self.half.xi[p]);
-        });
-        force
+    /// P = ΔV (Z:ε̄) K⁻¹ (N/m) of Σ ω η⊗ξ.
+    pub(super) fn pull_of(&self, z: &Matrix6<f64>, sum: &Matrix3<f64>, inverse: &Matrix3<f64>) -> Matrix3<f64> {
+        self.body.grid.spacing.powi(3) * matrix_of(&(z * mandel_of(&(sum * inverse)))) * inverse
     }
 
     /// Energy (J) and stress Z:ε̄ (Pa) of a node's nodal term.

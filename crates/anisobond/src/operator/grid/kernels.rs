@@ -367,14 +367,14 @@ unsafe fn ahead<L: Lanes>(row: &RowView<L::T>, u: &[L; 3], j: usize, p: usize) -
 
 /// Where half bond p of the nodes at position j is unbroken.
 #[inline(always)]
-unsafe fn own_bits<L: Lanes>(row: &RowView<L::T>, j: usize, p: usize) -> L::Mask {
+pub unsafe fn own_bits<L: Lanes>(row: &RowView<L::T>, j: usize, p: usize) -> L::Mask {
     // SAFETY: the caller's contract.
     unsafe { L::mask((*row.bits.add(j * row.words + p)).bits()) }
 }
 
 /// Where the bonds at −ξ, half bonds p of the nodes there, are unbroken.
 #[inline(always)]
-unsafe fn minus_bits<L: Lanes>(row: &RowView<L::T>, j: usize, p: usize) -> L::Mask {
+pub unsafe fn minus_bits<L: Lanes>(row: &RowView<L::T>, j: usize, p: usize) -> L::Mask {
     // SAFETY: the caller's contract.
     unsafe { L::mask((*row.bits.offset(*row.minus_bits.get_unchecked(p)).add(j * row.words)).bits()) }
 }

@@ -6,6 +6,7 @@ use super::build::GridBonds;
 use super::padded::Padded;
 use super::real::Real;
 use super::stencil::outer;
+use super::sweep::Law;
 use crate::lattice::Body;
 use crate::operator::{GridOperator, Kinematics, VectorField};
 use crate::tensor::Stiffness;
@@ -20,8 +21,9 @@ impl<T: Real> GridOperator for GridBonds<T> {
         let kept = self.scratch.lock().ok().and_then(|mut scratch| scratch.take());
         let mut padded: Padded<T> = kept.unwrap_or_else(|| self.padded());
         padded.set(u);
+        let law = Law { kinematics: Kinematics::Linear, breaking: false };
         let [x, y, z] = &mut f.components;
-        self.sweep(&padded, Kinematics::Linear, [x, y, z], |_, from, to| {
+        self.pass(&padded, law, [x, y, z], |_, from, to| {
             for (to, from) in to.into_iter().zip(from) {
                 for (to, &from) in to.iter_mut().zip(from) {
                     *to = from.f64();

@@ -102,7 +102,7 @@ impl<T: Real> GridBonds<T> {
     /// Energy (J) of half bond p of a node.
     pub(super) fn bond_energy(&self, u: &Padded<T>, kinematics: Kinematics, node: usize, p: usize) -> f64 {
         let n = self.row_nodes();
-        let found = self.bond_of(u, kinematics == Kinematics::Finite, node / n, node % n, p, true);
+        let found = self.bond_of(u, node / n, node % n, p, true);
         found.map_or(0.0, |found| {
             let (elongation, _) = elongation(kinematics, &self.half.xi[p], &Vector3::from(found.eta.map(T::f64)));
             0.5 * found.k.f64() * elongation * elongation
@@ -114,7 +114,7 @@ impl<T: Real> GridBonds<T> {
         let (row, e) = (node / self.row_nodes(), node % self.row_nodes());
         for p in 0..self.half.len() {
             for ahead in [true, false] {
-                if let Some(found) = self.bond_of(u, kinematics == Kinematics::Finite, row, e, p, ahead) {
+                if let Some(found) = self.bond_of(u, row, e, p, ahead) {
                     let eta = Vector3::from(found.eta.map(T::f64));
                     let (elongation, to) = elongation(kinematics, &self.half.xi[p], &eta);
                     let k = found.k.f64();

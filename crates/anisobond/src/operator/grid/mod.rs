@@ -16,6 +16,7 @@ mod layout;
 mod linear_operator;
 mod measure;
 pub mod naive;
+mod nodal;
 mod offsets;
 mod padded;
 mod real;
@@ -25,6 +26,7 @@ mod spectrum;
 mod state;
 mod stencil;
 mod strip;
+mod surroundings;
 mod sweep;
 mod tables;
 

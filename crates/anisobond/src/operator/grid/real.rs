@@ -6,6 +6,7 @@ use std::ops::{Add, AddAssign, BitAnd, BitAndAssign, BitOrAssign, Mul, Neg, Not,
 use super::ahead::Ahead;
 use super::aligned::Plain;
 use super::lanes::{Avx2, Avx512, Lanes, Portable};
+use super::nodal::{self, PullRow};
 use super::strip::{self, Event, Scratch, Task};
 
 /// One bit of every lane of a vector: which nodes of a vector have a bond.
@@ -47,6 +48,9 @@ pub trait Real:
     /// Forces of one of its rows in natural order, compiled with this library.
     #[doc(hidden)]
     fn natural(task: &Task<Self>, scratch: &mut Scratch<Self>, row: usize, events: &mut Vec<Event>);
+    /// P of a row's nodes, compiled with this library.
+    #[doc(hidden)]
+    fn pulls(task: &PullRow<Self>, to: [&mut [Self]; 3]);
     /// Rounded from f64.
     fn of(x: f64) -> Self;
     /// As f64.
@@ -75,6 +79,9 @@ macro_rules! real {
             }
             fn natural(task: &Task<Self>, scratch: &mut Scratch<Self>, row: usize, events: &mut Vec<Event>) {
                 strip::natural(task, scratch, row, events);
+            }
+            fn pulls(task: &PullRow<Self>, to: [&mut [Self]; 3]) {
+                nodal::pulls(task, to);
             }
             #[inline(always)]
             fn of(x: f64) -> Self {

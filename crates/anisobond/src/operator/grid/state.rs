@@ -2,17 +2,18 @@
 
 use super::build::GridBonds;
 use super::real::Real;
-use super::sweep::Broken;
+use super::sweep::{Broken, Law};
 use crate::operator::{Kinematics, VectorField};
 use crate::{Error, Result};
 
 impl GridBonds<f64> {
     /// Forces (N) of displacements (m) at finite stretch.
     pub fn finite_forces(&self, u: &VectorField, f: &mut VectorField) {
+        let law = Law { kinematics: Kinematics::Finite, breaking: false };
         let mut padded = self.padded();
         padded.set(u);
         let [x, y, z] = &mut f.components;
-        self.sweep(&padded, Kinematics::Finite, [x, y, z], |_, from, to| {
+        self.pass(&padded, law, [x, y, z], |_, from, to| {
             to.into_iter().zip(from).for_each(|(to, from)| to.copy_from_slice(from));
         });
     }
@@ -26,7 +27,7 @@ impl GridBonds<f64> {
         padded.set(u);
         let n = u.len();
         let (mut x, mut y, mut z) = (vec![(); n], vec![(); n], vec![(); n]);
-        self.sweep_breaking(&padded, kinematics, [&mut x, &mut y, &mut z], |_, _, _| ()).0
+        self.pass_breaking(&padded, kinematics, [&mut x, &mut y, &mut z], |_, _, _| ()).0
     }
 }
 

@@ -12,9 +12,11 @@ use super::aligned::Aligned;
 use super::build::{GridBonds, Mixture};
 use super::kernels::{Coefficients, Energy, Linear, Output, Positions, RowView, Single, TOGETHER, TOGETHER_MASKED};
 use super::lanes::{InstructionSet, Lanes};
+use super::nodal::Nodal;
 use super::offsets::Offsets;
 use super::padded::Padded;
 use super::real::Real;
+use super::special::Ends;
 use super::sweep::Law;
 use super::tables::{Tables, Wanted, paired};
 use crate::operator::Kinematics;
@@ -36,6 +38,8 @@ pub struct Task<'a, T: Real> {
     pub rows: Range<usize>,
     /// What is wanted of them.
     pub wanted: Wanted,
+    /// P of all nodes, if there are nodal terms and forces are wanted.
+    pub nodal: Option<&'a Nodal<T>>,
 }
 
 /// Memory of one thread.
@@ -51,6 +55,11 @@ pub struct Scratch<T: Real> {
     mixed_of: (u32, usize),
     /// What is done at once.
     runs: Vec<Run>,
+    /// Displacements of the neighbours of a special node.
+    ends: Ends<T>,
+    /// Nodal forces of a row's slots, and of one component in natural order.
+    nodal: Aligned<T>,
+    component: Vec<T>,
     /// Bonds over their threshold.
     over: Vec<(u32, u32, u32)>,
 }
@@ -67,6 +76,9 @@ impl<T: Real> Scratch<T> {
             mixed: Aligned::zeros(4 * half * layout.lanes),
             mixed_of: (0, 0),
             runs: Vec::new(),
+            ends: Ends::new(half),
+            nodal: Aligned::zeros(if bonds.has_nodal_term() { 3 * layout.length * layout.lanes } else { 0 }),
+            component: vec![T::default(); bonds.row_nodes()],
             over: Vec::new(),
         }
     }
@@ -209,23 +221,8 @@ unsafe fn positions<T: Real, L: Lanes<T = T>>(
     };
     let signed = uniform.is_some_and(|s| tables.signed[usize::from(s) - 1]);
     let coefficients = Coefficients { shared: &tables.shared, own };
-    let centre = layout.reach[0] * layout.lanes;
-    // SAFETY: the row is one of the body's.
-    let (own_u, own_bits) = unsafe {
-        let bits = bonds.bits.slice().as_ptr().add((row * layout.positions() + layout.reach[0]) * bonds.words);
-        (u.values.slice().as_ptr().add(row * 3 * layout.slots + centre), bits)
-    };
     let of_kind = &bonds.offsets[layout.kind(row)];
-    let offsets = if of_kind.inside { of_kind } else { &scratch.offsets[k] };
-    let view = RowView {
-        u: own_u,
-        bits: own_bits,
-        slots: layout.slots,
-        words: bonds.words,
-        plus: &offsets.plus,
-        minus: &offsets.minus,
-        minus_bits: &offsets.minus_bits,
-    };
+    let view = bonds.view(u, row, if of_kind.inside { of_kind } else { &scratch.offsets[k] });
     let length = layout.length;
     let block = &mut scratch.block.slice_mut()[k * 3 * length * layout.lanes..];
     let to = block.as_mut_ptr();
@@ -295,6 +292,19 @@ impl<T: Real> Scratch<T> {
 }
 
 impl<T: Real> GridBonds<T> {
+    /// What the kernels read of a row.
+    #[inline(always)]
+    pub(super) fn view<'a>(&self, u: &Padded<T>, row: usize, offsets: &'a Offsets) -> RowView<'a, T> {
+        let layout = &*self.layout;
+        // SAFETY: the row is one of the body's.
+        let (u, bits) = unsafe {
+            let bits = self.bits.slice().as_ptr().add((row * layout.positions() + layout.reach[0]) * self.words);
+            (u.values.slice().as_ptr().add(row * 3 * layout.slots + layout.reach[0] * layout.lanes), bits)
+        };
+        let Offsets { plus, minus, minus_bits, .. } = offsets;
+        RowView { u, bits, slots: layout.slots, words: self.words, plus, minus, minus_bits }
+    }
+
     /// Half bonds that break in a vector, among those that exist and whose nodes are bulk.
     #[cold]
     #[inline(never)]
@@ -361,17 +371,26 @@ unsafe fn natural_in<T: Real, L: Lanes<T = T>>(
         }
     }
     let range = bonds.special_from[row] as usize..bonds.special_from[row + 1] as usize;
-    for &node in &bonds.special[range] {
+    let of_kind = &bonds.offsets[layout.kind(row)];
+    for place in range {
+        let node = bonds.special[place];
         let e = node as usize % n;
         if task.wanted == Wanted::Energy {
             let of = |p| bonds.bond_energy(task.u, task.law.kinematics, node as usize, p);
             scratch.natural[0][e] = T::of((0..bonds.half.len()).map(of).sum());
             continue;
         }
-        // SAFETY: the machine has the instruction set.
-        let f = unsafe { bonds.special_force::<L>(task.u, task.law, row, e, events) };
+        let offsets = if of_kind.inside { of_kind } else { &scratch.offsets[row - task.rows.start] };
+        // SAFETY: the machine has the instruction set; the offsets are those of the row.
+        let f = unsafe { bonds.special_force::<L>(task.u, task.law, place, offsets, &mut scratch.ends, events) };
         for (to, f) in scratch.natural.iter_mut().zip(f) {
             to[e] = f;
         }
+    }
+    if let Some(nodal) = task.nodal {
+        let Scratch { natural, nodal: block, component, offsets, .. } = scratch;
+        let offsets = if of_kind.inside { of_kind } else { &offsets[row - task.rows.start] };
+        // SAFETY: the machine has the instruction set; the offsets are those of the row.
+        unsafe { bonds.add_nodal_forces::<L>(nodal, row, offsets, block.slice_mut(), natural, component) };
     }
 }

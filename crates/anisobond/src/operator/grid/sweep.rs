@@ -9,6 +9,7 @@ use super::real::Real;
 use super::strip::{Event, Scratch, Task};
 use super::tables::Wanted;
 use crate::operator::Kinematics;
+use crate::{Error, Result};
 
 /// How bonds respond in a pass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -32,19 +33,49 @@ impl<T: Real> GridBonds<T> {
     /// Forces (N) of displacements, row by row in parallel: `visit` is given a row's number j + n₂k, its forces in
     /// natural order (zero where there is no node) and the row's part of three arrays of one value per node, and returns
     /// what is gathered by row. Bonds do not break.
+    ///
+    /// # Errors
+    /// Displacements in the layout of another body or neighbourhood: they are made by [`GridBonds::padded`] of these bonds.
     pub fn sweep<V: Send, R: Send>(
         &self,
         u: &Padded<T>,
         kinematics: Kinematics,
         fields: [&mut [V]; 3],
         visit: impl Fn(usize, [&[T]; 3], [&mut [V]; 3]) -> R + Sync,
-    ) -> Vec<R> {
-        self.pass(u, Law { kinematics, breaking: false }, fields, visit).0
+    ) -> Result<Vec<R>> {
+        self.refuse_others(u)?;
+        Ok(self.pass(u, Law { kinematics, breaking: false }, fields, visit).0)
     }
 
     /// As [`GridBonds::sweep`]; bonds stretched above their critical stretch break, are without force already in this
     /// pass, and are counted. Both ends of a bond decide identically.
+    ///
+    /// # Errors
+    /// As [`GridBonds::sweep`].
     pub fn sweep_breaking<V: Send, R: Send>(
+        &mut self,
+        u: &Padded<T>,
+        kinematics: Kinematics,
+        fields: [&mut [V]; 3],
+        visit: impl Fn(usize, [&[T]; 3], [&mut [V]; 3]) -> R + Sync,
+    ) -> Result<(Broken, Vec<R>)> {
+        self.refuse_others(u)?;
+        Ok(self.pass_breaking(u, kinematics, fields, visit))
+    }
+
+    /// Displacements of other bonds are in another layout, or may be.
+    pub(super) fn refuse_others(&self, u: &Padded<T>) -> Result<()> {
+        match std::sync::Arc::ptr_eq(&u.layout, &self.layout) {
+            true => Ok(()),
+            false => Err(Error::input(
+                "the displacements are in the layout of other bonds",
+                "make them by `padded` of these bonds",
+            )),
+        }
+    }
+
+    /// [`GridBonds::sweep_breaking`] for displacements of these bonds.
+    pub(super) fn pass_breaking<V: Send, R: Send>(
         &mut self,
         u: &Padded<T>,
         kinematics: Kinematics,
@@ -59,6 +90,7 @@ impl<T: Real> GridBonds<T> {
         (broken, result)
     }
 
+    /// Forces, and what breaks, for displacements of these bonds ([`GridBonds::refuse_others`]).
     pub(super) fn pass<V: Send, R: Send>(
         &self,
         u: &Padded<T>,
@@ -66,10 +98,9 @@ impl<T: Real> GridBonds<T> {
         fields: [&mut [V]; 3],
         visit: impl Fn(usize, [&[T]; 3], [&mut [V]; 3]) -> R + Sync,
     ) -> (Vec<R>, Vec<Event>) {
-        assert!(std::sync::Arc::ptr_eq(&u.layout, &self.layout), "displacements of other bonds");
         let n = self.row_nodes();
         let tables = self.tables(law, Wanted::Forces);
-        let pulls = self.nodal_pulls(u);
+        let nodal = self.nodal(u);
         let mut parts: Vec<Option<[&mut [V]; 3]>> = self.parts(fields).into_iter().map(Some).collect();
         let order = self.layout.order.iter().filter_map(|&s| parts[s].take().map(|part| (s, part)));
         let mut visited: Vec<(usize, Vec<R>, Vec<Event>)> = order
@@ -79,22 +110,21 @@ impl<T: Real> GridBonds<T> {
                 || (Scratch::new(self), Ahead::default()),
                 |(scratch, ahead), (strip, [x, y, z])| {
                     let rows = self.layout.strips[strip].clone();
-                    let task =
-                        Task { bonds: self, u, law, tables: &tables, rows: rows.clone(), wanted: Wanted::Forces };
+                    let task = Task {
+                        bonds: self,
+                        u,
+                        law,
+                        tables: &tables,
+                        rows: rows.clone(),
+                        wanted: Wanted::Forces,
+                        nodal: nodal.as_ref(),
+                    };
                     task.ask_ahead([x, y, z], ahead);
                     let mut events = Vec::new();
                     T::strip(&task, scratch, ahead, &mut events);
                     let parts = x.chunks_mut(n).zip(y.chunks_mut(n)).zip(z.chunks_mut(n));
                     let results = rows.zip(parts).map(|(row, ((x, y), z))| {
                         T::natural(&task, scratch, row, &mut events);
-                        if let Some(pulls) = &pulls {
-                            for e in 0..n {
-                                let force = self.nodal_force(pulls, row * n + e);
-                                for (f, add) in scratch.natural.iter_mut().zip(force.iter()) {
-                                    f[e] += T::of(*add);
-                                }
-                            }
-                        }
                         let [fx, fy, fz] = &scratch.natural;
                         visit(row, [fx, fy, fz], [x, y, z])
                     });
@@ -102,6 +132,7 @@ impl<T: Real> GridBonds<T> {
                 },
             )
             .collect();
+        self.keep_nodal(nodal);
         visited.sort_unstable_by_key(|(strip, ..)| *strip);
         let (mut results, mut events) = (Vec::with_capacity(self.layout.rows()), Vec::new());
         for (_, of_rows, broken) in visited {
@@ -131,7 +162,8 @@ impl<T: Real> GridBonds<T> {
         let law = Law { kinematics, breaking: false };
         let tables = self.tables(law, Wanted::Energy);
         let of_strip = |(scratch, ahead): &mut (Scratch<T>, Ahead), rows: &std::ops::Range<usize>| {
-            let task = Task { bonds: self, u, law, tables: &tables, rows: rows.clone(), wanted: Wanted::Energy };
+            let task =
+                Task { bonds: self, u, law, tables: &tables, rows: rows.clone(), wanted: Wanted::Energy, nodal: None };
             T::strip(&task, scratch, ahead, &mut Vec::new());
             let of_row = |row| {
                 T::natural(&task, scratch, row, &mut Vec::new());

@@ -1,0 +1,269 @@
+//! The nodal term ([`super::hybrid`]) a vector of nodes at a time, in two passes: P of all nodes, then forces.
+//!
+//! Where all bonds are there, Σ ω η⊗ξ = Σ ω (u₊ − u₋)⊗ξ and Σ ω (P_i + P_j) ξ = Σ ω (P₊ − P₋) ξ over half bonds, constant
+//! stencils; elsewhere each bond counts where its bit is set. Node by node only K⁻¹ is applied, and only where it is not the
+//! bulk's.
+
+use nalgebra::Matrix3;
+use rayon::prelude::*;
+
+use super::build::GridBonds;
+use super::kernels::{RowView, minus_bits, own_bits};
+use super::lanes::{InstructionSet, Lanes};
+use super::offsets::Offsets;
+use super::padded::Padded;
+use super::real::Real;
+use super::stencil::Lane;
+
+/// Nine numbers from nine.
+type Map<T> = [[T; 9]; 9];
+
+/// P of all nodes, and ω ξ.
+pub struct Nodal<T: Real> {
+    /// Rows of P (N/m), each a field of three components.
+    pub pulls: [Padded<T>; 3],
+    /// ω ξ (m) by half bond.
+    weighted: Vec<[T; 3]>,
+}
+
+/// A row whose P is to be found.
+pub struct PullRow<'a, T: Real> {
+    bonds: &'a GridBonds<T>,
+    u: &'a Padded<T>,
+    weighted: &'a [[T; 3]],
+    /// By stencil: P of Σ ω η⊗ξ of a node with all bonds, both row by row; `None` without a nodal term.
+    maps: &'a [Option<Map<T>>],
+    row: usize,
+    offsets: &'a Offsets,
+}
+
+impl<T: Real> GridBonds<T> {
+    /// P of every node; `None` without nodal terms.
+    pub(super) fn nodal(&self, u: &Padded<T>) -> Option<Nodal<T>> {
+        if !self.has_nodal_term() {
+            return None;
+        }
+        let kept = self.nodal_scratch.lock().ok().and_then(|mut kept| kept.take());
+        let mut pulls = kept.unwrap_or_else(|| std::array::from_fn(|_| self.padded()));
+        let weighted: Vec<[T; 3]> =
+            (0..self.half.len()).map(|p| (self.weight(p) * self.half.xi[p]).map(T::of).into()).collect();
+        let map = |s: usize| {
+            self.stencils[s].nodal.as_ref().map(|z| {
+                let mut map = [[T::default(); 9]; 9];
+                for from in 0..9 {
+                    let unit = Matrix3::from_fn(|i, j| f64::from(u8::from(3 * i + j == from)));
+                    let pull = self.pull_of(z.mandel(), &unit, &self.shape_inverse);
+                    (0..9).for_each(|to| map[to][from] = T::of(pull[(to / 3, to % 3)]));
+                }
+                map
+            })
+        };
+        let maps: Vec<_> = (0..self.stencils.len()).map(map).collect();
+        let size = 3 * self.layout.slots;
+        let [x, y, z] =
+            pulls.each_mut().map(|p| p.values.slice_mut()[..self.layout.rows() * size].par_chunks_mut(size));
+        x.zip(y).zip(z).enumerate().with_min_len(8).for_each_init(Offsets::default, |moved, (row, ((x, y), z))| {
+            let offsets = self.offsets_of(row, moved);
+            T::pulls(&PullRow { bonds: self, u, weighted: &weighted, maps: &maps, row, offsets }, [x, y, z]);
+        });
+        Some(Nodal { pulls, weighted })
+    }
+
+    /// Keep the memory for the next pass.
+    pub(super) fn keep_nodal(&self, nodal: Option<Nodal<T>>) {
+        if let (Some(nodal), Ok(mut kept)) = (nodal, self.nodal_scratch.lock()) {
+            *kept = Some(nodal.pulls);
+        }
+    }
+
+    /// Offsets of a row's neighbours.
+    fn offsets_of<'a>(&'a self, row: usize, moved: &'a mut Offsets) -> &'a Offsets {
+        let of_kind = &self.offsets[self.layout.kind(row)];
+        if of_kind.inside {
+            return of_kind;
+        }
+        of_kind.move_to(&self.layout, self.words, row, moved);
+        moved
+    }
+
+    /// Whether all nodes at a position of a row have all their bonds, and are bulk.
+    #[inline(always)]
+    fn whole_at(&self, row: usize, j: usize) -> bool {
+        self.whole[row * self.layout.length + j] && self.special_from[row] == self.special_from[row + 1]
+    }
+
+    /// P of the nodes of a row.
+    ///
+    /// # Safety
+    /// As [`Lanes`]; the offsets are those of the row.
+    #[inline(always)]
+    unsafe fn pulls_in<L: Lanes<T = T>>(task: &PullRow<T>, to: [&mut [T]; 3]) {
+        let PullRow { bonds, u, weighted, maps, row, offsets } = *task;
+        let (layout, n) = (&*bonds.layout, bonds.row_nodes());
+        let view = bonds.view(u, row, offsets);
+        for j in 0..layout.length {
+            let mixture = bonds.mixture[row * layout.length + j];
+            let uniform = mixture > 0 && bonds.mixtures[mixture as usize - 1].uniform;
+            let place = (layout.reach[0] + j) * L::N;
+            // SAFETY: the row has position j, and its neighbours are at the offsets; rows are aligned.
+            unsafe {
+                if uniform && bonds.whole_at(row, j) {
+                    let sum = gradient::<L, false>(&view, j, weighted);
+                    let map = &maps[usize::from(bonds.mixtures[mixture as usize - 1].stencils[0]) - 1];
+                    for k in 0..9 {
+                        let mut pull = L::splat(T::default());
+                        if let Some(map) = map {
+                            for (l, &m) in map[k].iter().enumerate() {
+                                pull = L::splat(m).mul_add(sum[l / 3][l % 3], pull);
+                            }
+                        }
+                        pull.store(to[k / 3].as_mut_ptr().add(k % 3 * layout.slots + place));
+                    }
+                    continue;
+                }
+                let sum = gradient::<L, true>(&view, j, weighted);
+                let mut lanes = [Lane::<T>::zero(); 9];
+                for (k, lane) in lanes.iter_mut().enumerate() {
+                    sum[k / 3][k % 3].store(lane.0.as_mut_ptr());
+                }
+                for lane in 0..L::N {
+                    let e = lane * layout.length + j;
+                    let node = row * n + e;
+                    let z = if e < n { bonds.nodal_of(node) } else { None };
+                    let pull = z.map_or(Matrix3::zeros(), |z| {
+                        let sum = Matrix3::from_fn(|a, b| lanes[3 * a + b].0[lane].f64());
+                        bonds.pull_of(z, &sum, &bonds.inverse_shape(node))
+                    });
+                    for k in 0..9 {
+                        to[k / 3][k % 3 * layout.slots + place + lane] = T::of(pull[(k / 3, k % 3)]);
+                    }
+                }
+            }
+        }
+        to.into_iter().flat_map(|row| row.chunks_exact_mut(layout.slots)).for_each(|row| layout.refresh(row));
+    }
+
+    /// Add the forces Σ ω (P_i + P_j) ξ of a row's nodes to `natural`, with memory for a row's block and for one component.
+    ///
+    /// # Safety
+    /// As [`Lanes`]; the offsets are those of the row, and the block is for one row.
+    #[inline(always)]
+    pub(super) unsafe fn add_nodal_forces<L: Lanes<T = T>>(
+        &self,
+        nodal: &Nodal<T>,
+        row: usize,
+        offsets: &Offsets,
+        block: &mut [T],
+        natural: &mut [Vec<T>; 3],
+        one: &mut [T],
+    ) {
+        let (layout, n) = (&*self.layout, self.row_nodes());
+        let [x, y, z] = &nodal.pulls;
+        let views = [self.view(x, row, offsets), self.view(y, row, offsets), self.view(z, row, offsets)];
+        let size = layout.length * L::N;
+        for j in 0..layout.length {
+            // SAFETY: the caller's contract.
+            unsafe {
+                let force = match self.whole_at(row, j) {
+                    true => pulled::<L, false>(&views, j, &nodal.weighted),
+                    false => pulled::<L, true>(&views, j, &nodal.weighted),
+                };
+                for a in 0..3 {
+                    force[a].store(block.as_mut_ptr().add(a * size + j * L::N));
+                }
+            }
+        }
+        let stencils = &self.stencil[row * n..(row + 1) * n];
+        for (natural, block) in natural.iter_mut().zip(block.chunks_exact(size)) {
+            // SAFETY: the caller's contract; a block is as long as it must be.
+            unsafe { L::natural_order(block, one) };
+            for ((f, &add), _) in natural.iter_mut().zip(&*one).zip(stencils).filter(|(_, s)| **s > 0) {
+                *f += add;
+            }
+        }
+    }
+}
+
+/// Σ ω η⊗ξ at position j.
+#[inline(always)]
+unsafe fn gradient<L: Lanes, const MASKED: bool>(row: &RowView<L::T>, j: usize, weighted: &[[L::T; 3]]) -> [[L; 3]; 3] {
+    // SAFETY: the caller's contract.
+    unsafe {
+        let mut sum = [[L::splat(L::T::default()); 3]; 3];
+        let u = row.u.add(j * L::N);
+        for (p, w) in weighted.iter().enumerate() {
+            let (plus, minus) = (u.offset(*row.plus.get_unchecked(p)), u.offset(*row.minus.get_unchecked(p)));
+            for a in 0..3 {
+                let (up, um) = (L::load(plus.add(a * row.slots)), L::load(minus.add(a * row.slots)));
+                let eta = match MASKED {
+                    true => {
+                        let here = L::load(u.add(a * row.slots));
+                        up.sub_where(here, own_bits::<L>(row, j, p)).add(here.sub_where(um, minus_bits::<L>(row, j, p)))
+                    }
+                    false => up.sub(um),
+                };
+                for b in 0..3 {
+                    sum[a][b] = eta.mul_add(L::splat(w[b]), sum[a][b]);
+                }
+            }
+        }
+        sum
+    }
+}
+
+/// Σ ω (P_i + P_j) ξ at position j, of the rows of P.
+#[inline(always)]
+unsafe fn pulled<L: Lanes, const MASKED: bool>(rows: &[RowView<L::T>; 3], j: usize, weighted: &[[L::T; 3]]) -> [L; 3] {
+    // SAFETY: the caller's contract.
+    unsafe {
+        let mut force = [L::splat(L::T::default()); 3];
+        for (p, w) in weighted.iter().enumerate() {
+            for a in 0..3 {
+                let row = &rows[a];
+                let own = row.u.add(j * L::N);
+                let (plus, minus) = (own.offset(*row.plus.get_unchecked(p)), own.offset(*row.minus.get_unchecked(p)));
+                for b in 0..3 {
+                    let (up, um) = (L::load(plus.add(b * row.slots)), L::load(minus.add(b * row.slots)));
+                    let both = match MASKED {
+                        true => {
+                            let here = L::load(own.add(b * row.slots));
+                            let ahead = here.add(up).keep(own_bits::<L>(row, j, p));
+                            ahead.sub(here.add(um).keep(minus_bits::<L>(row, j, p)))
+                        }
+                        false => up.sub(um),
+                    };
+                    force[a] = both.mul_add(L::splat(w[b]), force[a]);
+                }
+            }
+        }
+        force
+    }
+}
+
+/// P of a row's nodes. Called through [`Real`], so that it is compiled with this library.
+#[inline(always)]
+pub fn pulls<T: Real>(task: &PullRow<T>, to: [&mut [T]; 3]) {
+    match task.bonds.set {
+        // SAFETY: the constructor refuses sets that the machine lacks; offsets are made for the row.
+        #[cfg(target_arch = "x86_64")]
+        InstructionSet::Avx512 => unsafe { pulls_avx512(task, to) },
+        #[cfg(target_arch = "x86_64")]
+        InstructionSet::Avx2 => unsafe { pulls_avx2(task, to) },
+        // SAFETY: portable vectors need nothing.
+        _ => unsafe { GridBonds::pulls_in::<T::Portable>(task, to) },
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512dq,avx512bw,avx512vl,avx2,fma")]
+unsafe fn pulls_avx512<T: Real>(task: &PullRow<T>, to: [&mut [T]; 3]) {
+    // SAFETY: the caller's machine has the instruction set.
+    unsafe { GridBonds::pulls_in::<T::Avx512>(task, to) }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+unsafe fn pulls_avx2<T: Real>(task: &PullRow<T>, to: [&mut [T]; 3]) {
+    // SAFETY: the caller's machine has the instruction set.
+    unsafe { GridBonds::pulls_in::<T::Avx2>(task, to) }
+}
