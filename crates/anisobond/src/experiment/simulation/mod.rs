@@ -161,7 +161,7 @@ impl Simulation {
                 // Nothing lies behind the first pass.
                 let last = Pass { external: 0.0, damping: 0.0, ..first };
                 self.stage = Stage::Motion { motion, evidence, last };
-                self.settle_ledger(true);
+                self.settle_ledger(true)?;
                 self.ledger.initial = self.ledger.kinetic + self.ledger.strain + self.ledger.fracture;
                 Ok(())
             }
@@ -209,7 +209,7 @@ impl Simulation {
             *last = motion.kick(&self.problem, &self.loading, &mut self.bonds, &self.u, at, measured)?;
         }
         self.step = next;
-        self.settle_ledger(measured);
+        self.settle_ledger(measured)?;
         self.check_numbers()?;
         if next.is_multiple_of((self.steps / LOOKS).max(1)) || next == self.steps {
             self.crack.look(&self.bonds, self.time(), self.ledger.fracture);
@@ -218,8 +218,8 @@ impl Simulation {
     }
 
     /// Bring the ledger to the moment of the displacements.
-    fn settle_ledger(&mut self, measured: bool) {
-        let Stage::Motion { last, .. } = &self.stage else { return };
+    fn settle_ledger(&mut self, measured: bool) -> Result<()> {
+        let Stage::Motion { last, .. } = &self.stage else { return Ok(()) };
         self.ledger.kinetic = last.kinetic;
         self.ledger.external += last.external;
         self.ledger.damping += last.damping;
@@ -228,9 +228,10 @@ impl Simulation {
         if measured {
             self.ledger.strain = match self.problem.kinematics {
                 Kinematics::Linear => last.strain,
-                Kinematics::Finite => self.bonds.energy(&self.u, Kinematics::Finite),
+                Kinematics::Finite => self.bonds.energy(&self.u, Kinematics::Finite)?,
             };
         }
+        Ok(())
     }
 
     /// Names the first node whose numbers are none, or the fastest where only the energy has overflowed.
@@ -261,7 +262,7 @@ impl Simulation {
         *last = Some(settled.evidence);
         self.u.set(&settled.displacement);
         self.step += 1;
-        self.ledger.strain = self.bonds.energy(&self.u, self.problem.kinematics);
+        self.ledger.strain = self.bonds.energy(&self.u, self.problem.kinematics)?;
         self.ledger.fracture += settled.failure.energy;
         self.ledger.broken_bonds += settled.failure.broken as u64;
         self.ledger.external += settled.account.external;

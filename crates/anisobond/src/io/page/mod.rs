@@ -243,7 +243,7 @@ fn pictures(folder: &Path) -> Result<Vec<Picture>> {
     names.sort();
     let animations: Vec<&String> = names.iter().filter(|n| n.ends_with(".apng")).collect();
     let chosen = if animations.is_empty() {
-        names.iter().filter(|n| n.ends_with(".png")).next_back().into_iter().collect()
+        names.iter().rfind(|n| n.ends_with(".png")).into_iter().collect()
     } else {
         animations
     };

@@ -242,13 +242,16 @@ impl FailingBonds {
     }
 
     /// Strain energy (J).
-    pub fn energy(&self, u: &Padded<f64>, kinematics: Kinematics) -> f64 {
+    ///
+    /// # Errors
+    /// Displacements of other bonds.
+    pub fn energy(&self, u: &Padded<f64>, kinematics: Kinematics) -> Result<f64> {
         let of = |soft: &SoftBonds, bond: &SoftBond| {
             let [_, e] = self.grid.elongations(u, kinematics, None, bond);
             0.5 * soft.stiffness(bond) * e * e
         };
         let softened: f64 = self.soft.iter().flat_map(|s| s.list.iter().map(|b| of(s, b))).sum();
-        self.grid.energy(u, kinematics) + softened
+        Ok(self.grid.energy(u, kinematics)? + softened)
     }
 
     /// Energy and stress of every node; a softening bond's are shared by its ends as those of others.

@@ -7,6 +7,7 @@ use super::build::GridBonds;
 use super::layout::NONE;
 use super::padded::Padded;
 use super::real::Real;
+use crate::Result;
 use crate::operator::Kinematics;
 
 /// The state of a node; a bond's energy and stress are shared equally by its ends.
@@ -29,17 +30,21 @@ impl<T: Real> GridBonds<T> {
     }
 
     /// Strain energy (J), summed by rows in their order.
-    pub fn energy(&self, u: &Padded<T>, kinematics: Kinematics) -> f64 {
+    ///
+    /// # Errors
+    /// Displacements of other bonds.
+    pub fn energy(&self, u: &Padded<T>, kinematics: Kinematics) -> Result<f64> {
+        self.refuse_others(u)?;
         let bonds = self.bonds_energy(u, kinematics);
         if !self.has_nodal_term() {
-            return bonds;
+            return Ok(bonds);
         }
         let n = self.row_nodes();
         let rows: Vec<f64> = (0..self.layout.rows())
             .into_par_iter()
             .map(|row| (row * n..(row + 1) * n).map(|node| self.nodal_state(u, node).0).sum())
             .collect();
-        bonds + rows.iter().sum::<f64>()
+        Ok(bonds + rows.iter().sum::<f64>())
     }
 
     /// Share of each node's original bonds that are broken or cut (–); zero where there is no node.
