@@ -83,7 +83,8 @@ fn of_lammps(folder: &Path) -> (Bonds, f64) {
 fn of_elements(path: &Path, truss: bool) -> Bonds {
     let text = text(path);
     let (mut nodes, mut keyword) = (HashMap::new(), String::new());
-    let (mut elements, mut stiffness): (HashMap<String, Vec<[u64; 2]>>, HashMap<String, f64>) = Default::default();
+    let mut elements: HashMap<String, Vec<[u64; 2]>> = HashMap::new();
+    let mut stiffness: HashMap<String, f64> = HashMap::new();
     let set =
         |line: &str| line.split("ELSET=").nth(1).map(|s| s.split(',').next().unwrap().to_string()).unwrap_or_default();
     for line in text.lines().filter(|l| !l.starts_with("**") && !l.is_empty()) {
