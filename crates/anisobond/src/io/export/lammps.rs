@@ -16,7 +16,7 @@ pub(super) fn files(cell: &BondedCell) -> Result<Vec<ExportFile>> {
     refuse_tangential(
         cell,
         "LAMMPS",
-        "its bpm/rotational is the only bond with shear, and its bonds are bent by rotations that ours leave free",
+        "bpm/rotational, its bond with shear, does not answer rotations of the nodes with the same forces",
     )?;
     Ok(vec![("bonds.data".into(), data(cell).into_bytes()), ("in.element_test".into(), input(cell).into_bytes())])
 }
