@@ -5,6 +5,7 @@ pub mod grid;
 mod grid_cell;
 mod grid_operator;
 mod hybrid_naive;
+pub(crate) mod lanczos;
 mod morton;
 pub mod naive;
 mod nodal_term;

@@ -88,7 +88,25 @@ pub(super) fn plan(case: &CaseFile, problem: &Problem) -> CasePlan {
             breaks: region.fracture.is_some(),
         }
     });
-    let conditions = case.conditions.iter().zip(&problem.conditions).map(|(statement, condition)| {
+    CasePlan {
+        name: problem.name.clone(),
+        grid: grid.nodes,
+        spacing: grid.spacing,
+        periodic: grid.periodic,
+        nodes: body.nodes(),
+        bonds_per_node,
+        bonds: bonds(body, &problem.neighbourhood),
+        memory: grid.len() as u64 * (3 * 24 + 2 + 2 + 8 * words),
+        regions: regions.collect(),
+        conditions: conditions(case, &problem.conditions),
+        probes: problem.probes.iter().map(|p| (p.name.clone(), p.nodes.len())).collect(),
+        cracks: problem.cracks.len(),
+    }
+}
+
+/// Numbers of the conditions of a case, given as they are resolved.
+pub(super) fn conditions(case: &CaseFile, resolved: &[Condition]) -> Vec<ConditionPlan> {
+    let plans = case.conditions.iter().zip(resolved).map(|(statement, condition)| {
         let (nodes, force) = match condition {
             Condition::Displacement { nodes, .. } | Condition::Velocity { nodes, .. } => (nodes.len(), None),
             Condition::Force { nodes, force, .. } => (nodes.len(), Some(force)),
@@ -101,23 +119,10 @@ pub(super) fn plan(case: &CaseFile, problem: &Problem) -> CasePlan {
             load: force.map(|f| f.iter().map(Vector3::norm).sum()),
         }
     });
-    CasePlan {
-        name: problem.name.clone(),
-        grid: grid.nodes,
-        spacing: grid.spacing,
-        periodic: grid.periodic,
-        nodes: body.nodes(),
-        bonds_per_node,
-        bonds: bonds(body, &problem.neighbourhood),
-        memory: grid.len() as u64 * (3 * 24 + 2 + 2 + 8 * words),
-        regions: regions.collect(),
-        conditions: conditions.collect(),
-        probes: problem.probes.iter().map(|p| (p.name.clone(), p.nodes.len())).collect(),
-        cracks: problem.cracks.len(),
-    }
+    plans.collect()
 }
 
-pub(super) fn kind(load: &Load) -> &'static str {
+fn kind(load: &Load) -> &'static str {
     match load {
         Load::Displacement(_) => "displacement",
         Load::Velocity(_) => "velocity",

@@ -1,11 +1,12 @@
 //! The largest eigenvalue, which the stable step of explicit motion comes from: Δt = 2/√λ of M⁻¹K.
 
-use nalgebra::{DMatrix, Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use super::build::GridBonds;
 use super::real::Real;
 use super::stencil::outer;
 use crate::calibration::StrainAverage;
+use crate::operator::lanczos::{gaussian, lanczos_bound};
 use crate::operator::{GridOperator, VectorField};
 use crate::{Error, Result};
 
@@ -18,10 +19,6 @@ const LAST_STEP: f64 = 1e-5;
 
 /// What a sampled maximum may miss after refinement, relative.
 const MISSED: f64 = 1e-8;
-
-/// Lanczos steps, and the probability that their bound is too low.
-const STEPS: usize = 80;
-const FAILURE: f64 = 1e-9;
 
 impl<T: Real> GridBonds<T> {
     /// An upper bound of the largest eigenvalue of M⁻¹K (1/s²), with masses ρΔV from densities (kg/m³) by region
@@ -63,7 +60,7 @@ impl<T: Real> GridBonds<T> {
             bound = bound.min(nodes);
         }
         if self.stencils.len() > 1 || !bound.is_finite() {
-            bound = bound.min(self.lanczos_bound(&mass));
+            bound = bound.min(self.lanczos_of(&mass));
         }
         Ok(bound)
     }
@@ -121,81 +118,21 @@ impl<T: Real> GridBonds<T> {
         Ok(refined.fold(0.0, f64::max) * (1.0 + MISSED))
     }
 
-    /// A bound that is too low with probability [`FAILURE`], from Lanczos steps on M^(−1/2) K M^(−1/2).
-    fn lanczos_bound(&self, mass: &[f64]) -> f64 {
+    /// A bound from Lanczos steps on M^(−1/2) K M^(−1/2), component by component.
+    fn lanczos_of(&self, mass: &[f64]) -> f64 {
         let n = mass.len();
         let scale: Vec<f64> = mass.iter().map(|m| if m.is_finite() { m.sqrt().recip() } else { 0.0 }).collect();
-        let mut v = VectorField::zeros(n);
-        for (a, component) in v.components.iter_mut().enumerate() {
-            for i in (0..n).filter(|&i| scale[i] > 0.0) {
-                component[i] = gaussian(3 * i as u64 + a as u64);
+        let of = |(a, i): (usize, usize)| if scale[i] > 0.0 { gaussian(3 * i as u64 + a as u64) } else { 0.0 };
+        let start = (0..3 * n).map(|k| of((k / n, k % n))).collect();
+        let (mut u, mut force) = (VectorField::zeros(n), VectorField::zeros(n));
+        lanczos_bound(start, |v, w| {
+            for (u, v) in u.components.iter_mut().zip(v.chunks_exact(n)) {
+                u.iter_mut().zip(v.iter().zip(&scale)).for_each(|(u, (v, s))| *u = v * s);
             }
-        }
-        normalise(&mut v);
-        let (mut last, mut force) = (VectorField::zeros(n), VectorField::zeros(n));
-        let (mut alphas, mut betas) = (Vec::new(), Vec::new());
-        for _ in 0..STEPS {
-            let mut w = v.clone();
-            multiply(&mut w, &scale);
-            self.forces(&w, &mut force);
-            multiply(&mut force, &scale);
-            let alpha = -inner(&force, &v);
-            let beta = betas.last().copied().unwrap_or(0.0);
-            for a in 0..3 {
-                for i in 0..n {
-                    w.components[a][i] =
-                        -force.components[a][i] - alpha * v.components[a][i] - beta * last.components[a][i];
-                }
+            self.forces(&u, &mut force);
+            for (f, w) in force.components.iter().zip(w.chunks_exact_mut(n)) {
+                w.iter_mut().zip(f.iter().zip(&scale)).for_each(|(w, (f, s))| *w = -f * s);
             }
-            alphas.push(alpha);
-            let norm = normalise(&mut w);
-            // The start lies in a space that the matrix maps to itself: its eigenvalues are found.
-            if norm <= 1e-12 * alphas[0].abs() {
-                break;
-            }
-            betas.push(norm);
-            last = std::mem::replace(&mut v, w);
-        }
-        let steps = alphas.len();
-        let matrix = DMatrix::from_fn(steps, steps, |i, j| match i.abs_diff(j) {
-            0 => alphas[i],
-            1 => betas[i.min(j)],
-            _ => 0.0,
-        });
-        let largest = matrix.symmetric_eigenvalues().max();
-        // Relative error ε with probability at most 1.648 √n exp(−√ε (2k − 1)).
-        let root = (1.648 * (3.0 * n as f64).sqrt() / FAILURE).ln() / (2.0 * STEPS as f64 - 1.0);
-        largest / (1.0 - root * root)
+        })
     }
-}
-
-fn inner(a: &VectorField, b: &VectorField) -> f64 {
-    let component = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    a.components.iter().zip(&b.components).map(|(a, b)| component(a, b)).sum()
-}
-
-fn multiply(v: &mut VectorField, by: &[f64]) {
-    for component in &mut v.components {
-        component.iter_mut().zip(by).for_each(|(v, s)| *v *= s);
-    }
-}
-
-/// Divide by the norm, and return it.
-fn normalise(v: &mut VectorField) -> f64 {
-    let norm = inner(v, v).sqrt();
-    if norm > 0.0 {
-        v.components.iter_mut().flatten().for_each(|x| *x /= norm);
-    }
-    norm
-}
-
-/// A repeatable number of the normal distribution (splitmix64 and the sum of twelve).
-fn gaussian(index: u64) -> f64 {
-    let uniform = |k: u64| {
-        let mut z = (12 * index + k + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    };
-    (0..12).map(uniform).sum::<f64>() - 6.0
 }

@@ -1,10 +1,9 @@
 //! What a run on a packing would take, counted without running it.
 
-use nalgebra::Vector3;
 use serde::Serialize;
 
-use crate::experiment::{Condition, PackingEvidence, PackingProblem};
-use crate::io::case::{CaseFile, ConditionPlan, plan::kind};
+use crate::experiment::{PackingEvidence, PackingProblem};
+use crate::io::case::{CaseFile, ConditionPlan, plan::conditions};
 
 /// Numbers of a case on a packing.
 #[derive(Clone, Debug, Serialize)]
@@ -36,19 +35,6 @@ pub struct PackingPlan {
 }
 
 pub(crate) fn plan(case: &CaseFile, problem: &PackingProblem) -> PackingPlan {
-    let conditions = case.conditions.iter().zip(&problem.conditions).map(|(statement, condition)| {
-        let (nodes, force) = match condition {
-            Condition::Displacement { nodes, .. } | Condition::Velocity { nodes, .. } => (nodes.len(), None),
-            Condition::Force { nodes, force, .. } => (nodes.len(), Some(force)),
-        };
-        ConditionPlan {
-            name: statement.name.clone(),
-            kind: kind(&statement.load),
-            nodes,
-            force: force.map(|f| f.iter().sum::<Vector3<f64>>().into()),
-            load: force.map(|f| f.iter().map(Vector3::norm).sum()),
-        }
-    });
     PackingPlan {
         name: problem.name.clone(),
         particles: problem.model.packing.len(),
@@ -60,7 +46,7 @@ pub(crate) fn plan(case: &CaseFile, problem: &PackingProblem) -> PackingPlan {
         breaks: problem.model.strength.is_some(),
         memory: problem.memory(),
         lattice: problem.evidence.clone(),
-        conditions: conditions.collect(),
+        conditions: conditions(case, &problem.conditions),
         probes: problem.probes.iter().map(|p| (p.name.clone(), p.nodes.len())).collect(),
     }
 }
