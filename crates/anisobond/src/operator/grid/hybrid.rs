@@ -11,8 +11,8 @@ use super::padded::Padded;
 use super::real::Real;
 use crate::tensor::{PAIRS, mandel_weight};
 
-/// Smallest eigenvalue of K, relative to the bulk's largest, below which a node's bonds leave its strain undefined;
-/// it has no nodal term then.
+/// ‖K⁻¹‖ of the bulk relative to a node's, below which the node's bonds leave its strain undefined; it has no nodal term
+/// then.
 const FLAT: f64 = 1e-6;
 
 /// The symmetric part of a matrix, Kelvin-Mandel.
@@ -52,11 +52,12 @@ impl<T: Real> GridBonds<T> {
         }
         let mut shape = Matrix3::zeros();
         self.for_ends(node, |p, _, _| shape += self.weight(p) * self.half.xi[p] * self.half.xi[p].transpose());
-        let bulk = self.shape_inverse.symmetric_eigenvalues().min().recip();
-        match shape.symmetric_eigenvalues().min() > FLAT * bulk {
-            true => shape.try_inverse().unwrap_or_default(),
-            false => Matrix3::zeros(),
-        }
+        self.invert_shape(&shape)
+    }
+
+    /// K⁻¹ (1/m²) of K; zero where it is flat.
+    pub(super) fn invert_shape(&self, shape: &Matrix3<f64>) -> Matrix3<f64> {
+        shape.try_inverse().filter(|i| FLAT * i.norm() < self.shape_inverse.norm()).unwrap_or_default()
     }
 
     /// Whether a node has all bonds of the neighbourhood, whatever their stencils.
