@@ -3,6 +3,9 @@
 //!
 //! With P = ΔV (Z:ε̄) K⁻¹ of each node, the force on node i is Σ ω (P_i + P_j) ξ over its unbroken bonds: two passes, and
 //! no matrix but K⁻¹ differs between bulk, surface and crack.
+//!
+//! A node with a failed bond has no nodal term any more: the average of fewer bonds may be a larger strain, and a failing bond
+//! would set more energy free than there is. What is cut before (pre-cracks) is a surface, and keeps it.
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
@@ -41,6 +44,9 @@ impl<T: Real> GridBonds<T> {
 
     /// Z of a node, Kelvin-Mandel (Pa).
     pub(super) fn nodal_of(&self, node: usize) -> Option<&Matrix6<f64>> {
+        if self.torn.get(node).is_some_and(|&torn| torn) {
+            return None;
+        }
         let s = usize::from(self.stencil[node]).checked_sub(1)?;
         self.stencils[s].nodal.as_ref().map(|z| z.mandel())
     }
