@@ -347,3 +347,26 @@ fn faults_are_named() {
     problem.regions[0].stiffness = Stiffness::isotropic(60e9, 20e9);
     assert!(Simulation::new(problem).unwrap().warnings()[0].contains("hybrid"));
 }
+
+/// Thin free bars of every built-in material come to equilibrium, and with calibrated surfaces in at most four times the iterations:
+/// bonds are within a quarter of and four times what they are without.
+#[test]
+fn calibrated_surfaces_leave_nothing_loose() {
+    for name in ["KIO3", "CoTeO4", "Te2W", "Ta2C", "Si", "MoN", "Spinel", "Pyroceram"] {
+        for model in ["central", "hybrid"] {
+            let iterations = [false, true].map(|surface| {
+                let text = format!(
+                    "name = 'bar'\nmaterial = '{name}'\n[body]\nbox = {{ size = '12, 5, 5 mm' }}\n[grid]\nspacing = '1 mm'\n\
+                     horizon = 3\n[model]\nbonds = '{model}'\nsurface_calibration = {surface}\n[[condition]]\non = 'x-max'\n\
+                     traction = '1, 0, 0 MPa'\n[[condition]]\non = 'x-min'\ntraction = '-1, 0, 0 MPa'\n[equilibrium]\n"
+                );
+                let case = CaseFile::parse(&text, "bar.toml", &[]).unwrap();
+                let mut simulation = Simulation::new(case.problem().unwrap()).unwrap();
+                simulation.advance().unwrap_or_else(|e| panic!("{name} {model} {surface}: {e}"));
+                simulation.static_evidence().unwrap().report.iterations
+            });
+            println!("{name} {model}: {iterations:?}");
+            assert!(iterations[1] <= 4 * iterations[0], "{name} {model}: {iterations:?}");
+        }
+    }
+}
