@@ -71,7 +71,8 @@ def _matrix_table(rows: list[list[float]]) -> str:
         share = abs(x) / largest if largest else 0.0
         hue = "68, 1, 84" if x < 0 else "33, 145, 140"
         text = "0" if abs(x) < 5e-10 * largest else f"{x / unit:.5g}"
-        return f'<td style="background:rgba({hue},{0.5 * share:.3f});text-align:right">{text}</td>'
+        style = f"background:rgba({hue},{0.5 * share:.3f});text-align:right;min-width:4em"
+        return f'<td style="{style}">{text}</td>'
 
     body = "".join(f"<tr>{''.join(cell(x) for x in row)}</tr>" for row in rows)
     caption = f"<caption>{name}</caption>" if name else ""
