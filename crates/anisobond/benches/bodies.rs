@@ -338,38 +338,31 @@ fn hole() {
 /// Angles (degrees) at which the hoop stress is looked at.
 const ANGLES: [f64; 7] = [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0];
 
-/// Hoop stress over pressure, measured and exact, by angle.
-struct Hoop {
-    /// One horizon inside the wall.
-    inside: [[f64; 2]; 7],
-    /// At the wall, by the quadratic in (a/r)² through the values one, two and three horizons inside: of the measured
-    /// values, of the closed form's at the same points, and the closed form itself.
-    wall: [[f64; 3]; 7],
-}
+/// Places (radii of the hole) at which it is looked at.
+const RADII: [f64; 3] = [1.1, 1.2, 1.4];
+
+/// Hoop stress over pressure, measured and exact, by radius and angle.
+type Hoop = [[[f64; 2]; 7]; 3];
 
 fn print_hoops(hoops: &[(usize, &str, Hoop)]) {
     println!(
-        "\nHoop stress over pressure, from displacement gradients (a quadratic through the nodes within 2.2 spacings);"
+        "\nHoop stress over pressure on circles around the hole, from displacement gradients (a quadratic through the nodes"
     );
-    println!(
-        "one horizon inside the wall against the closed form there, and extrapolated to the wall through the values"
-    );
-    println!("one, two and three horizons inside (quadratic in (a/r)²)\n");
-    println!("                       {}   largest error", ANGLES.map(|a| format!("{a:5}°")).join(" "));
-    let row =
-        |values: &dyn Fn(usize) -> f64| (0..7).map(|i| format!("{:6.3}", values(i))).collect::<Vec<_>>().join(" ");
-    if let Some((_, _, hoop)) = hoops.first() {
-        println!("wall, closed form      {}", row(&|i| hoop.wall[i][2]));
-    }
-    for (per_radius, on, hoop) in hoops {
-        let most = |error: &dyn Fn(usize) -> f64| (0..7).map(error).fold(0.0, f64::max);
-        let inside = most(&|i| (hoop.inside[i][0] / hoop.inside[i][1] - 1.0).abs());
-        println!("a/Δ {per_radius:2} {on:3} one inside    {}   {inside:.1e}", row(&|i| hoop.inside[i][0]));
-        println!("           closed form {}", row(&|i| hoop.inside[i][1]));
-        let wall = most(&|i| (hoop.wall[i][0] / hoop.wall[i][2] - 1.0).abs());
-        println!("           at the wall {}   {wall:.1e}", row(&|i| hoop.wall[i][0]));
-        let own = most(&|i| (hoop.wall[i][1] / hoop.wall[i][2] - 1.0).abs());
-        println!("           closed form, extrapolated the same way: largest error {own:.1e}");
+    println!("within 2.2 spacings), and its largest error over these angles\n");
+    println!("r/a   a/Δ surface      {}   largest error", ANGLES.map(|a| format!("{a:5}°")).join(" "));
+    let row = |values: [f64; 7]| values.map(|v| format!("{v:6.3}")).join(" ");
+    for (i, radius) in RADII.iter().enumerate() {
+        let mut last: Option<(&str, f64)> = None;
+        for (per_radius, on, hoop) in hoops {
+            let error = hoop[i].iter().map(|[found, exact]| (found / exact - 1.0).abs()).fold(0.0, f64::max);
+            let order = last.filter(|(of, _)| of == on).map(|(_, l)| format!("   order {:.2}", order(l, error)));
+            let values = row(hoop[i].map(|[found, _]| found));
+            println!("{radius:3}   {per_radius:3} {on:7}      {values}   {error:.1e}{}", order.unwrap_or_default());
+            last = Some((on, error));
+        }
+        if let Some((_, _, hoop)) = hoops.first() {
+            println!("{radius:3}   closed form      {}", row(hoop[i].map(|[_, exact]| exact)));
+        }
     }
     println!();
 }
@@ -488,33 +481,17 @@ impl Hole {
     }
 
     fn hoop(&self) -> Hoop {
-        let horizon = 3.0 * self.simulation.problem().body.grid.spacing;
-        let mut hoop = Hoop { inside: [[0.0; 2]; 7], wall: [[0.0; 3]; 7] };
-        for (i, angle) in ANGLES.iter().enumerate() {
-            let (sin, cos) = angle.to_radians().sin_cos();
-            let radii = [1.0, 2.0, 3.0].map(|k| 1.0 + k * horizon);
-            let measured = radii.map(|r| self.fitted_hoop([r * cos, r * sin]) / PRESSURE);
-            let exact = radii.map(|r| self.exact_hoop([r * cos, r * sin]) / PRESSURE);
-            let s = radii.map(|r| r.powi(-2));
-            let wall = self.exact_hoop([cos, sin]) / PRESSURE;
-            hoop.inside[i] = [measured[0], exact[0]];
-            hoop.wall[i] = [through(s, measured), through(s, exact), wall];
-        }
-        hoop
+        RADII.map(|r| {
+            ANGLES.map(|angle| {
+                let (sin, cos) = f64::to_radians(angle).sin_cos();
+                let at = [r * cos, r * sin];
+                [self.fitted_hoop(at) / PRESSURE, self.exact_hoop(at) / PRESSURE]
+            })
+        })
     }
 }
 
 /// σ_θθ at a point of (σ_xx, σ_yy, σ_xy).
 fn hoop_of(s: [f64; 3], [x, y]: [f64; 2]) -> f64 {
     (s[0] * y * y + s[1] * x * x - 2.0 * s[2] * x * y) / (x * x + y * y)
-}
-
-/// The value at 1 of the quadratic through three points.
-fn through(s: [f64; 3], y: [f64; 3]) -> f64 {
-    (0..3)
-        .map(|i| {
-            let others = (0..3).filter(|&j| j != i);
-            y[i] * others.map(|j| (1.0 - s[j]) / (s[i] - s[j])).product::<f64>()
-        })
-        .sum()
 }

@@ -97,8 +97,8 @@ fn permitted(expression: &str) -> bool {
     plain.split(" AND ").all(|part| part.split(" OR ").any(|licence| LICENCES.contains(&licence.trim())))
 }
 
-#[test]
-fn dependencies_are_permissive_and_from_the_registry() {
+/// What cargo knows of the workspace and its dependencies.
+fn metadata() -> serde_json::Value {
     let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../Cargo.toml");
     let output = Command::new(env!("CARGO"))
         .args(["metadata", "--format-version", "1", "--locked", "--all-features", "--manifest-path"])
@@ -106,7 +106,12 @@ fn dependencies_are_permissive_and_from_the_registry() {
         .output()
         .unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let metadata: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn dependencies_are_permissive_and_from_the_registry() {
+    let metadata = metadata();
     let packages = metadata["packages"].as_array().unwrap();
     assert!(packages.len() > 20);
     for package in packages {
@@ -119,6 +124,33 @@ fn dependencies_are_permissive_and_from_the_registry() {
         }
     }
     assert!(!permitted("GPL-3.0-only") && !permitted("MIT AND GPL-2.0") && permitted("(MIT OR GPL-2.0) AND Zlib"));
+}
+
+/// The notices name every crate that is linked or builds the program, with its version and licence.
+#[test]
+fn third_party_notices_are_complete() {
+    let metadata = metadata();
+    let notices = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../THIRD-PARTY.md")).unwrap();
+    let of = |id: &serde_json::Value| metadata["packages"].as_array().unwrap().iter().find(|p| &p["id"] == id).unwrap();
+    let nodes = metadata["resolve"]["nodes"].as_array().unwrap();
+    let mut waiting: Vec<&serde_json::Value> = metadata["workspace_members"].as_array().unwrap().iter().collect();
+    let mut seen = BTreeSet::new();
+    while let Some(id) = waiting.pop() {
+        if !seen.insert(id.to_string()) {
+            continue;
+        }
+        let package = of(id);
+        let [name, version, licence] = ["name", "version", "license"].map(|key| package[key].as_str().unwrap());
+        let line = format!("| {name} | {version} | {licence} |");
+        assert!(
+            package["source"].is_null() || notices.contains(&line),
+            "THIRD-PARTY.md lacks {line}: run verification/third_party.py"
+        );
+        let node = nodes.iter().find(|n| &n["id"] == id).unwrap();
+        let linked = |d: &&serde_json::Value| d["dep_kinds"].as_array().unwrap().iter().any(|k| k["kind"] != "dev");
+        waiting.extend(node["deps"].as_array().unwrap().iter().filter(linked).map(|d| &d["pkg"]));
+    }
+    assert!(seen.len() > 60, "{}", seen.len());
 }
 
 /// Relative links of every Markdown file lead somewhere.

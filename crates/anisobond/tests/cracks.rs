@@ -297,3 +297,32 @@ unbreakable = [{{ on = "y-max", thickness = 4 }}, {{ on = "y-min", thickness = 4
     assert!((found - angle).abs() < 8.0 && length > 6e-3, "{found}° for {angle}°, {length} m");
     assert!(simulation.ledger().relative_drift() < 1e-3);
 }
+
+/// However much of a body with nodal terms is broken, what is left holds energy: it never gives back more than it holds, and
+/// does not explode. The materials' remainders Z = C − S are indefinite.
+#[test]
+fn broken_bodies_with_nodal_terms_never_have_negative_energy() {
+    let spruce = "{ unit = 'MPa', density = '430 kg/m3', engineering = { ex = 11000, ey = 800, ez = 450, gxy = 700, gzx = 650, \
+                  gyz = 40, nu_xy = 0.37, nu_zx = 0.02, nu_yz = 0.43 } }";
+    let rubber = "{ unit = 'MPa', density = '1000 kg/m3', class = 'isotropic', engineering = { e = 10, nu = 0.45 } }";
+    for (material, energy, speed) in [(spruce, 100.0, 10.0), (rubber, 10.0, 5.0)] {
+        let text = format!(
+            "name = 'board'\nmaterial = {material}\norientation = {{ axis = [0, 0, 1], angle = 30 }}\n\
+             fracture = {{ energy = '{energy} J/m2' }}\n[body]\nbox = {{ size = '12, 12 mm' }}\n[grid]\nspacing = '0.5 mm'\n\
+             horizon = 3\nplane_strain = 'z'\n[model]\nbonds = 'hybrid'\n[[crack]]\nline = {{ from = '-6, 0 mm', to = '-2, 0 mm' }}\n\
+             [[condition]]\non = 'y-max'\nvelocity = ['free', '{speed} m/s', 'free']\n[[condition]]\non = 'y-min'\n\
+             velocity = ['free', '-{speed} m/s', 'free']\n[motion]\nduration = '100 us'\n[output]\nprobe_every = 1\n"
+        );
+        let case = CaseFile::parse(&text, "board.toml", &[]).unwrap();
+        let mut simulation = Simulation::new(case.problem().unwrap()).unwrap();
+        while !simulation.finished() {
+            simulation.advance().unwrap();
+            let ledger = simulation.ledger();
+            let scale = 1e-9 * ledger.external.abs();
+            assert!(ledger.strain >= -scale && ledger.fracture >= -scale, "{material}: {ledger:?}");
+        }
+        let ledger = simulation.ledger();
+        println!("{material}: {} steps, {ledger:?}", simulation.steps());
+        assert!(ledger.broken_bonds > 1000, "{ledger:?}");
+    }
+}

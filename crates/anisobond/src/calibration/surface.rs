@@ -4,11 +4,12 @@
 //! micromoduli are calibrated like those of a bulk node (P eqs 36-43), only for the bonds it has: close to the bulk's
 //! values and to the bulk's tensor S,
 //!
-//! minimise ½‖c − c⁰‖² + ‖X c − S‖²/2μ subject to 0 ≤ c ≤ u,
+//! minimise ½‖c − c⁰‖² + ‖X c − S‖²/2μ subject to l ≤ c ≤ u,
 //!
-//! with c⁰ the bulk's micromoduli, u four times the largest of them, and a small μ: where the bonds can reach S they do to
-//! about μ, where they cannot (edges and corners see too few directions) they come as close as they can without
-//! exploding. The solution is c = clamp(c⁰ + s p(n), 0, u) with one quartic form p.
+//! with c⁰ the bulk's micromoduli, l a quarter of each, u four times each, and a small μ: where the bonds can
+//! reach S they do to about μ, where they cannot (edges and corners see too few directions) they come as close as they can
+//! without exploding. The bounds keep every motion between a quarter and four times as stiff as it is without calibration: no
+//! node loses a bond that holds it. The solution is c = clamp(c⁰ + s p(n), l, u) with one quartic form p.
 //!
 //! A bond takes the mean of the values of its two ends.
 
@@ -23,8 +24,11 @@ use crate::{Error, Result};
 /// μ relative to the mean eigenvalue of XXᵀ.
 const SOFTNESS: f64 = 1e-3;
 
-/// u relative to the largest micromodulus of the bulk: the stable time step is kept within about half of the bulk's.
+/// u relative to the micromodulus of the bulk: the stable time step is kept within about half of the bulk's.
 const MOST: f64 = 4.0;
+
+/// l relative to the micromodulus of the bulk.
+const LEAST: f64 = 0.25;
 
 /// Newton steps; about ten are used.
 const MOST_STEPS: usize = 60;
@@ -212,15 +216,17 @@ fn tensor(quartics: &[Quartic], share: &[f64], c: &[f64]) -> Quartic {
     quartics.iter().zip(share).zip(c).fold(Quartic::zeros(), |sum, ((v, s), c)| sum + s * c * v)
 }
 
-/// minimise ½‖c − c⁰‖² + ‖X c − S‖²/2μ, 0 ≤ c ≤ u, by Newton's method on the strongly concave dual in y, whose gradient
-/// is S − X c − μ y at c = clamp(c⁰ + Xᵀy, 0, u).
+/// minimise ½‖c − c⁰‖² + ‖X c − S‖²/2μ, l ≤ c ≤ u, by Newton's method on the strongly concave dual in y, whose gradient
+/// is S − X c − μ y at c = clamp(c⁰ + Xᵀy, l, u).
 fn closest(quartics: &[Quartic], share: &[f64], start: &[f64], target: &Quartic) -> Vec<f64> {
     if quartics.is_empty() {
         return Vec::new();
     }
     let mu = SOFTNESS * share.iter().map(|s| s * s).sum::<f64>() / 15.0;
     let free = |y: &Quartic, b: usize| start[b] + share[b] * quartics[b].dot(y);
-    let values = |y: &Quartic| -> Vec<f64> { (0..share.len()).map(|b| free(y, b).clamp(0.0, MOST)).collect() };
+    let values = |y: &Quartic| -> Vec<f64> {
+        (0..share.len()).map(|b| free(y, b).clamp(LEAST * start[b], MOST * start[b])).collect()
+    };
     let gradient = |y: &Quartic| target - tensor(quartics, share, &values(y)) - mu * y;
     let mut y = Quartic::zeros();
     for _ in 0..MOST_STEPS {
@@ -229,7 +235,7 @@ fn closest(quartics: &[Quartic], share: &[f64], start: &[f64], target: &Quartic)
             break;
         }
         let mut hessian = nalgebra::SMatrix::<f64, 15, 15>::identity() * mu;
-        for b in (0..share.len()).filter(|&b| (0.0..MOST).contains(&free(&y, b))) {
+        for b in (0..share.len()).filter(|&b| (LEAST * start[b]..MOST * start[b]).contains(&free(&y, b))) {
             hessian += share[b] * share[b] * quartics[b] * quartics[b].transpose();
         }
         let Some(factor) = hessian.cholesky() else { break };

@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use serde::Serialize;
 
 use crate::calibration::{
-    CrackPlanes, CriticalStretches, EnergyByNormal, FractureReport, LowerBound, Model, ModelCalibrator, ModelSettings,
-    SurfaceStencil, surface_stencils,
+    CrackPlanes, CriticalStretches, EnergyByNormal, FractureReport, HybridForm, LowerBound, Model, ModelCalibrator,
+    ModelSettings, SurfaceStencil, surface_stencils,
 };
 use crate::experiment::problem::{FractureEnergy, Problem, RegionMaterial, Softening};
 use crate::lattice::Neighbourhood;
@@ -73,7 +73,8 @@ impl RegionBonds {
 fn calibrate(problem: &Problem) -> Result<(Vec<RegionBonds>, Vec<RegionEvidence>)> {
     let settings = match problem.model {
         Model::Central => ModelSettings::Central(LowerBound::Value(0.0)),
-        Model::Hybrid => ModelSettings::Hybrid(None),
+        // Nodes near surfaces and cracks have part of their bonds: with Z ⪰ 0 no part of them has negative energy.
+        Model::Hybrid => ModelSettings::Hybrid(Some(HybridForm::Stable)),
         Model::Micropolar => {
             return Err(Error::input(
                 "micropolar bonds do not run on grids: their nodes would have to rotate",

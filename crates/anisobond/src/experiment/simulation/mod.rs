@@ -41,6 +41,10 @@ const START_TOLERANCE: f64 = 1e-8;
 /// Drift of the energy relative to the largest energy above which a run is warned of.
 const DRIFT: f64 = 0.02;
 
+/// Energy of a motion relative to what was put in, above which it explodes: at 0.99 of the stable step a single wave's kinetic
+/// and strain energies swing to 50 times their sum.
+const EXPLODED: f64 = 1e4;
+
 /// How often a motion's cracks are looked at, while they grow.
 const LOOKS: u64 = 100;
 
@@ -145,7 +149,7 @@ impl Simulation {
                     ));
                 }
                 self.steps = steps as u64;
-                Ok(())
+                Statics::require_balanced(&self.problem, &self.loading, &self.bonds, steps)
             }
             Schedule::Motion { duration, from_equilibrium, .. } => {
                 let evidence = time_step(&self.problem, self.bonds.grid())?;
@@ -234,10 +238,13 @@ impl Simulation {
         Ok(())
     }
 
-    /// Names the first node whose numbers are none, or the fastest where only the energy has overflowed.
+    /// Names the first node whose numbers are none, or the fastest where the body has far more energy than was put in.
     fn check_numbers(&self) -> Result<()> {
         let Stage::Motion { motion, .. } = &self.stage else { return Ok(()) };
-        if self.ledger.kinetic.is_finite() && self.ledger.strain.is_finite() {
+        let Ledger { kinetic, strain, external, initial, .. } = self.ledger;
+        let held = kinetic.abs().max(strain.abs());
+        let finite = kinetic.is_finite() && strain.is_finite();
+        if finite && held <= EXPLODED * (initial + external).max(0.0) {
             return Ok(());
         }
         let fastness = |node: &usize| motion.velocity.at(*node).amax();
@@ -246,10 +253,11 @@ impl Simulation {
         let bad = bad.or_else(|| nodes.max_by(|a, b| fastness(a).total_cmp(&fastness(b))));
         let place = bad.map(|node| self.problem.body.grid.position(node));
         let place = place.map_or(String::new(), |p| format!(" at ({:.4e}, {:.4e}, {:.4e}) m", p.x, p.y, p.z));
-        Err(Error::input(
-            format!("the motion is no longer a number{place} at t = {:.4e} s", self.time()),
-            "use a smaller time step, and look at the loads",
-        ))
+        let (what, remedy) = match finite {
+            true => ("explodes", "use a smaller time step"),
+            false => ("is no longer a number", "use a smaller time step, and look at the loads"),
+        };
+        Err(Error::input(format!("the motion {what}{place} at t = {:.4e} s", self.time()), remedy))
     }
 
     fn advance_equilibrium(&mut self) -> Result<()> {

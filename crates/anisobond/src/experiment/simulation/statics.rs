@@ -9,7 +9,7 @@ use crate::experiment::problem::Problem;
 use crate::operator::grid::{FailingBonds, Failure};
 use crate::operator::{Kinematics, VectorField};
 use crate::solver::Stopping;
-use crate::solver::grid::{Equilibrium, GridSolverReport, Method, Prepared, Settled, Supports, settle};
+use crate::solver::grid::{Equilibrium, FreeModes, GridSolverReport, Method, Prepared, Settled, Supports, settle};
 use crate::{Error, Result};
 
 /// Iterations relative to those of the first solve with a preconditioner, above which it is set up anew.
@@ -61,6 +61,25 @@ struct Loads {
 }
 
 impl Statics {
+    /// Refuses loads of load steps that do work on motions that nothing holds, before anything is solved.
+    ///
+    /// # Errors
+    /// Names the part of the body, its free motions and the remedy.
+    pub(super) fn require_balanced(
+        problem: &Problem,
+        loading: &Loading,
+        bonds: &FailingBonds,
+        steps: usize,
+    ) -> Result<()> {
+        let factors = |step: usize| loading.at(step as f64 / steps as f64);
+        let free = FreeModes::new(bonds, &Supports::new(&problem.body, loading.displacements(&factors(steps)))?);
+        if free.none() {
+            return Ok(());
+        }
+        let nodes = problem.body.grid.len();
+        (1..=steps).try_for_each(|step| free.require_balanced(bonds, &loading.force_field(nodes, &factors(step))))
+    }
+
     /// Equilibrium at a moment (time or load factor), from a start, which is the equilibrium at the moment `before` or, if that
     /// is `None`, a body that nothing has loaded yet; what is overstretched fails, and equilibrium is found again, until nothing
     /// fails.

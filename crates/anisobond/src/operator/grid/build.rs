@@ -58,6 +58,8 @@ pub struct GridBonds<T: Real = f64> {
     pub(super) surroundings: Surroundings<T>,
     /// Whether any bond can break.
     pub(super) breakable: bool,
+    /// By node, if there are nodal terms: whether a bond of it has failed, which ends its nodal term.
+    pub(super) torn: Vec<bool>,
     /// K⁻¹ (1/m²) of a whole neighbourhood, of the nodal term.
     pub(super) shape_inverse: Matrix3<f64>,
     /// The diagonal block of K (N/m) of nodes in the bulk, by stencil, once it has been asked for.
@@ -115,6 +117,7 @@ impl<T: Real> GridBonds<T> {
             StrainAverage::new(neighbourhood)?;
         }
         let mut bonds = GridBonds {
+            torn: vec![false; if stencils.iter().any(|s| s.nodal.is_some()) { stencil.len() } else { 0 }],
             shape_inverse: shape.try_inverse().unwrap_or_default(),
             stiffness: all(|s| &s.stiffness),
             critical: all(|s| &s.critical),
@@ -186,6 +189,7 @@ impl<T: Real> GridBonds<T> {
     pub fn bytes(&self) -> usize {
         self.bits.bytes()
             + self.whole.len()
+            + self.torn.len()
             + 4 * (self.mixture.len() + self.special.len() + self.special_from.len())
             + 2 * (self.stencil.len() + self.body.region.len())
             + self.surroundings.bytes()
@@ -342,7 +346,21 @@ impl<T: Real> GridBonds<T> {
         self.bit_at(self.layout.row_at(row, [-dy, -dz]), slot as usize, p)
     }
 
-    /// Break half bonds p of nodes.
+    /// Half bonds p of nodes fail: they are cleared, and the nodal terms of both ends end.
+    pub(super) fn fail_bonds(&mut self, failed: impl Iterator<Item = (usize, usize)> + Clone) {
+        if self.has_nodal_term() {
+            let n = self.row_nodes();
+            for (node, p) in failed.clone() {
+                self.torn[node] = true;
+                if let Some(other) = self.node_at(node / n, node % n, self.half.offset[p]) {
+                    self.torn[other] = true;
+                }
+            }
+        }
+        self.clear(failed);
+    }
+
+    /// Take half bonds p of nodes away.
     pub(super) fn clear(&mut self, broken: impl IntoIterator<Item = (usize, usize)>) {
         let (n, layout) = (self.row_nodes(), self.layout.clone());
         for (node, p) in broken {

@@ -375,7 +375,7 @@ impl GridBonds<f64> {
     fn clear_with_nodal(&mut self, events: &[Event], u: &Padded<f64>, way: Option<Way>) -> f64 {
         let broken = || events.iter().map(|&(node, p)| (node as usize, usize::from(p)));
         if !self.has_nodal_term() || events.is_empty() {
-            self.clear(broken());
+            self.fail_bonds(broken());
             return 0.0;
         }
         let (mut middle, mut half_way) = (u.clone(), self.padded());
@@ -396,7 +396,7 @@ impl GridBonds<f64> {
             ends.iter().map(of).sum()
         };
         let before = energy(self);
-        self.clear(broken());
+        self.fail_bonds(broken());
         before - energy(self)
     }
 

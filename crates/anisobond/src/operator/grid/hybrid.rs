@@ -3,6 +3,9 @@
 //!
 //! With P = ΔV (Z:ε̄) K⁻¹ of each node, the force on node i is Σ ω (P_i + P_j) ξ over its unbroken bonds: two passes, and
 //! no matrix but K⁻¹ differs between bulk, surface and crack.
+//!
+//! A node with a failed bond has no nodal term any more: the average of fewer bonds may be a larger strain, and a failing bond
+//! would set more energy free than there is. What is cut before (pre-cracks) is a surface, and keeps it.
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
@@ -11,8 +14,8 @@ use super::padded::Padded;
 use super::real::Real;
 use crate::tensor::{PAIRS, mandel_weight};
 
-/// Smallest eigenvalue of K, relative to the bulk's largest, below which a node's bonds leave its strain undefined;
-/// it has no nodal term then.
+/// ‖K⁻¹‖ of the bulk relative to a node's, below which the node's bonds leave its strain undefined; it has no nodal term
+/// then.
 const FLAT: f64 = 1e-6;
 
 /// The symmetric part of a matrix, Kelvin-Mandel.
@@ -41,6 +44,9 @@ impl<T: Real> GridBonds<T> {
 
     /// Z of a node, Kelvin-Mandel (Pa).
     pub(super) fn nodal_of(&self, node: usize) -> Option<&Matrix6<f64>> {
+        if self.torn.get(node).is_some_and(|&torn| torn) {
+            return None;
+        }
         let s = usize::from(self.stencil[node]).checked_sub(1)?;
         self.stencils[s].nodal.as_ref().map(|z| z.mandel())
     }
@@ -52,11 +58,12 @@ impl<T: Real> GridBonds<T> {
         }
         let mut shape = Matrix3::zeros();
         self.for_ends(node, |p, _, _| shape += self.weight(p) * self.half.xi[p] * self.half.xi[p].transpose());
-        let bulk = self.shape_inverse.symmetric_eigenvalues().min().recip();
-        match shape.symmetric_eigenvalues().min() > FLAT * bulk {
-            true => shape.try_inverse().unwrap_or_default(),
-            false => Matrix3::zeros(),
-        }
+        self.invert_shape(&shape)
+    }
+
+    /// K⁻¹ (1/m²) of K; zero where it is flat.
+    pub(super) fn invert_shape(&self, shape: &Matrix3<f64>) -> Matrix3<f64> {
+        shape.try_inverse().filter(|i| FLAT * i.norm() < self.shape_inverse.norm()).unwrap_or_default()
     }
 
     /// Whether a node has all bonds of the neighbourhood, whatever their stencils.

@@ -1,8 +1,8 @@
 //! The nodal term ([`super::hybrid`]) a vector of nodes at a time, in two passes: P of all nodes, then forces.
 //!
 //! Where all bonds are there, Σ ω η⊗ξ = Σ ω (u₊ − u₋)⊗ξ and Σ ω (P_i + P_j) ξ = Σ ω (P₊ − P₋) ξ over half bonds, constant
-//! stencils; elsewhere each bond counts where its bit is set. Node by node only K⁻¹ is applied, and only where it is not the
-//! bulk's.
+//! stencils; elsewhere each bond counts where its bit is set, in these sums and in K = Σ ω ξ⊗ξ. Node by node only K⁻¹ is
+//! applied, and only where it is not the bulk's.
 
 use nalgebra::Matrix3;
 use rayon::prelude::*;
@@ -14,6 +14,7 @@ use super::offsets::Offsets;
 use super::padded::Padded;
 use super::real::Real;
 use super::stencil::Lane;
+use crate::tensor::PAIRS;
 
 /// Nine numbers from nine.
 type Map<T> = [[T; 9]; 9];
@@ -26,11 +27,19 @@ pub struct Nodal<T: Real> {
     weighted: Vec<[T; 3]>,
 }
 
+/// What bonds add to the sums of a node, by half bond.
+struct Moments<T> {
+    /// ω ξ (m).
+    first: Vec<[T; 3]>,
+    /// ω ξ⊗ξ (m²), in the order of [`PAIRS`].
+    second: Vec<[T; 6]>,
+}
+
 /// A row whose P is to be found.
 pub struct PullRow<'a, T: Real> {
     bonds: &'a GridBonds<T>,
     u: &'a Padded<T>,
-    weighted: &'a [[T; 3]],
+    moments: &'a Moments<T>,
     /// By stencil: P of Σ ω η⊗ξ of a node with all bonds, both row by row; `None` without a nodal term.
     maps: &'a [Option<Map<T>>],
     row: usize,
@@ -45,8 +54,7 @@ impl<T: Real> GridBonds<T> {
         }
         let kept = self.nodal_scratch.lock().ok().and_then(|mut kept| kept.take());
         let mut pulls = kept.unwrap_or_else(|| std::array::from_fn(|_| self.padded()));
-        let weighted: Vec<[T; 3]> =
-            (0..self.half.len()).map(|p| (self.weight(p) * self.half.xi[p]).map(T::of).into()).collect();
+        let moments = self.moments();
         let map = |s: usize| {
             self.stencils[s].nodal.as_ref().map(|z| {
                 let mut map = [[T::default(); 9]; 9];
@@ -64,9 +72,17 @@ impl<T: Real> GridBonds<T> {
             pulls.each_mut().map(|p| p.values.slice_mut()[..self.layout.rows() * size].par_chunks_mut(size));
         x.zip(y).zip(z).enumerate().with_min_len(8).for_each_init(Offsets::default, |moved, (row, ((x, y), z))| {
             let offsets = self.offsets_of(row, moved);
-            T::pulls(&PullRow { bonds: self, u, weighted: &weighted, maps: &maps, row, offsets }, [x, y, z]);
+            T::pulls(&PullRow { bonds: self, u, moments: &moments, maps: &maps, row, offsets }, [x, y, z]);
         });
-        Some(Nodal { pulls, weighted })
+        Some(Nodal { pulls, weighted: moments.first })
+    }
+
+    /// ω ξ and ω ξ⊗ξ of the half bonds.
+    fn moments(&self) -> Moments<T> {
+        let of = |p: usize| (self.weight(p), self.half.xi[p]);
+        let first = (0..self.half.len()).map(|p| of(p)).map(|(w, xi)| (w * xi).map(T::of).into());
+        let second = (0..self.half.len()).map(|p| of(p)).map(|(w, xi)| PAIRS.map(|(a, b)| T::of(w * xi[a] * xi[b])));
+        Moments { first: first.collect(), second: second.collect() }
     }
 
     /// Keep the memory for the next pass.
@@ -98,7 +114,7 @@ impl<T: Real> GridBonds<T> {
     /// As [`Lanes`]; the offsets are those of the row.
     #[inline(always)]
     unsafe fn pulls_in<L: Lanes<T = T>>(task: &PullRow<T>, to: [&mut [T]; 3]) {
-        let PullRow { bonds, u, weighted, maps, row, offsets } = *task;
+        let PullRow { bonds, u, moments, maps, row, offsets } = *task;
         let (layout, n) = (&*bonds.layout, bonds.row_nodes());
         let view = bonds.view(u, row, offsets);
         for j in 0..layout.length {
@@ -108,7 +124,7 @@ impl<T: Real> GridBonds<T> {
             // SAFETY: the row has position j, and its neighbours are at the offsets; rows are aligned.
             unsafe {
                 if uniform && bonds.whole_at(row, j) {
-                    let sum = gradient::<L, false>(&view, j, weighted);
+                    let sum = gradient::<L, false>(&view, j, &moments.first);
                     let map = &maps[usize::from(bonds.mixtures[mixture as usize - 1].stencils[0]) - 1];
                     for k in 0..9 {
                         let mut pull = L::splat(T::default());
@@ -121,10 +137,15 @@ impl<T: Real> GridBonds<T> {
                     }
                     continue;
                 }
-                let sum = gradient::<L, true>(&view, j, weighted);
+                let sum = gradient::<L, true>(&view, j, &moments.first);
+                let shape = shape::<L>(&view, j, &moments.second);
                 let mut lanes = [Lane::<T>::zero(); 9];
                 for (k, lane) in lanes.iter_mut().enumerate() {
                     sum[k / 3][k % 3].store(lane.0.as_mut_ptr());
+                }
+                let mut shapes = [Lane::<T>::zero(); 6];
+                for (k, lane) in shapes.iter_mut().enumerate() {
+                    shape[k].store(lane.0.as_mut_ptr());
                 }
                 for lane in 0..L::N {
                     let e = lane * layout.length + j;
@@ -132,7 +153,9 @@ impl<T: Real> GridBonds<T> {
                     let z = if e < n { bonds.nodal_of(node) } else { None };
                     let pull = z.map_or(Matrix3::zeros(), |z| {
                         let sum = Matrix3::from_fn(|a, b| lanes[3 * a + b].0[lane].f64());
-                        bonds.pull_of(z, &sum, &bonds.inverse_shape(node))
+                        let [xx, yy, zz, yz, xz, xy] = shapes.map(|k| k.0[lane].f64());
+                        let shape = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+                        bonds.pull_of(z, &sum, &bonds.invert_shape(&shape))
                     });
                     for k in 0..9 {
                         to[k / 3][k % 3 * layout.slots + place + lane] = T::of(pull[(k / 3, k % 3)]);
@@ -205,6 +228,23 @@ unsafe fn gradient<L: Lanes, const MASKED: bool>(row: &RowView<L::T>, j: usize, 
                 for b in 0..3 {
                     sum[a][b] = eta.mul_add(L::splat(w[b]), sum[a][b]);
                 }
+            }
+        }
+        sum
+    }
+}
+
+/// K = Σ ω ξ⊗ξ at position j, in the order of [`PAIRS`].
+#[inline(always)]
+unsafe fn shape<L: Lanes>(row: &RowView<L::T>, j: usize, second: &[[L::T; 6]]) -> [L; 6] {
+    // SAFETY: the caller's contract.
+    unsafe {
+        let mut sum = [L::splat(L::T::default()); 6];
+        for (p, products) in second.iter().enumerate() {
+            let (here, there) = (own_bits::<L>(row, j, p), minus_bits::<L>(row, j, p));
+            for k in 0..6 {
+                let product = L::splat(products[k]);
+                sum[k] = sum[k].add(product.keep(here)).add(product.keep(there));
             }
         }
         sum

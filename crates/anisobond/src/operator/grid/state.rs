@@ -72,7 +72,7 @@ impl<T: Real> GridBonds<T> {
             let bits = (0..64).filter(|b| gone >> b & 1 == 1);
             broken.extend(bits.map(|b| (place / words, half_of[place % words * 64 + b])));
         }
-        self.clear(broken);
+        self.fail_bonds(broken.into_iter());
         Ok(())
     }
 }

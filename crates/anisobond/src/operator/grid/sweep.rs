@@ -86,7 +86,7 @@ impl<T: Real> GridBonds<T> {
         let energy =
             events.iter().map(|&(node, p)| self.bond_energy(u, kinematics, node as usize, usize::from(p))).sum();
         let broken = Broken { count: events.len(), energy };
-        self.clear(events.into_iter().map(|(node, p)| (node as usize, usize::from(p))));
+        self.fail_bonds(events.iter().map(|&(node, p)| (node as usize, usize::from(p))));
         (broken, result)
     }
 
