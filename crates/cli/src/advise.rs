@@ -16,7 +16,8 @@ pub fn run(args: &args::Advise) -> Result<Ending> {
     Ok(Ending::Done)
 }
 
-fn describe(r: &AdviceReport) -> String {
+/// The result in words.
+pub fn describe(r: &AdviceReport) -> String {
     let a = &r.advice;
     let (unit, name) = text::stress_unit(text::largest(&r.stiffness));
     let stress = |x: f64| text::number(x / unit);

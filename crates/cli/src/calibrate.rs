@@ -1,11 +1,8 @@
 //! `anisobond calibrate`.
 
-use std::path::Path;
-
-use anisobond::calibration::{HybridForm, LowerBound, ModelCalibration, ModelCalibrator, ModelSettings, Promise};
-use anisobond::io::{self, BondModuli, ModelReport, NeighbourhoodReport, parse_orientation, picture};
-use anisobond::lattice::{Influence, Neighbourhood, Shape};
-use anisobond::tensor::Material;
+use anisobond::calibration::{HybridForm, LowerBound, ModelCalibrator, ModelSettings, Promise};
+use anisobond::io::{self, ModelReport, NeighbourhoodReport, parse_orientation, picture};
+use anisobond::lattice::{Neighbourhood, Shape};
 use anisobond::{Error, Result};
 
 use crate::args::{FormName, ModelName, PromiseName};
@@ -32,7 +29,7 @@ pub fn run(args: &args::Calibrate) -> Result<Ending> {
     let r = calibrator.calibrate(&material.stiffness)?;
     let report = ModelReport::new(&material, &NeighbourhoodReport::new(&calibrator), &r);
     if let Some(folder) = &args.output {
-        write_folder(folder, &material, &neighbourhood, &r, &report, views)?;
+        folder::write(folder, &io::calibration_files(&material, &neighbourhood, &r, &report, views)?)?;
     }
     if args.json {
         text::print_json(&report)?;
@@ -99,47 +96,32 @@ pub fn neighbourhood(args: &args::NeighbourhoodArgs) -> Result<Neighbourhood> {
     let semi_axes =
         args.semi_axes.as_deref().map(|a| text::vector(a, "--semi-axes").map(|v| [v.x, v.y, v.z])).transpose()?;
     let horizon = match &args.horizon {
-        None => semi_axes.map_or(6.0, |a| a.into_iter().fold(0.0, f64::max)),
-        Some(given) => match text::length(given, "--horizon")? {
+        None => None,
+        Some(given) => Some(match text::length(given, "--horizon")? {
             (ratio, false) => ratio,
             (length, true) => length / spacing,
-        },
+        }),
     };
-    let axes = semi_axes.unwrap_or([4.0 / 6.0 * horizon, 5.0 / 6.0 * horizon, horizon]);
-    let shape = match args.shape {
-        args::ShapeName::Cuboid => Shape::Cuboid { semi_axes: axes },
-        args::ShapeName::Ellipsoid => Shape::Ellipsoid { semi_axes: axes },
-        _ if semi_axes.is_some() => {
-            return Err(Error::input(
-                "--semi-axes given for a sphere or a cube",
-                "add --shape cuboid or --shape ellipsoid, or use --horizon alone",
-            ));
-        }
-        args::ShapeName::Cube => Shape::Cube { semi_edge: horizon },
-        args::ShapeName::Sphere => Shape::Sphere { radius: horizon },
+    if semi_axes.is_some() && matches!(args.shape, args::ShapeName::Sphere | args::ShapeName::Cube) {
+        return Err(Error::input(
+            "--semi-axes given for a sphere or a cube",
+            "add --shape cuboid or --shape ellipsoid, or use --horizon alone",
+        ));
+    }
+    let name = match args.shape {
+        args::ShapeName::Sphere => "sphere",
+        args::ShapeName::Cube => "cube",
+        args::ShapeName::Cuboid => "cuboid",
+        args::ShapeName::Ellipsoid => "ellipsoid",
     };
-    let mut neighbourhood = Neighbourhood::new(shape, horizon, spacing, influence(&args.influence)?)?;
+    let (shape, horizon) = Shape::named(name, horizon, semi_axes)?;
+    let influence = io::find_influence(&args.influence).map_err(|e| e.at("--influence"))?;
+    let mut neighbourhood = Neighbourhood::new(shape, horizon, spacing, influence)?;
     for rotation in &args.rotate {
         let q = parse_orientation(rotation).map_err(|e| e.at("--rotate"))?;
         neighbourhood = neighbourhood.rotated(&q)?;
     }
     Ok(neighbourhood)
-}
-
-fn influence(name: &str) -> Result<Influence> {
-    Ok(match name {
-        "constant" => Influence::Constant,
-        "inverse" => Influence::Inverse,
-        "hat" => Influence::Hat,
-        "power" => Influence::Power,
-        file if Path::new(file).is_file() => io::read_influence(file)?,
-        other => {
-            return Err(Error::input(
-                format!("--influence {other}: neither a known function nor a file"),
-                "use constant, inverse, hat, power, or a CSV file of r/δ, ω",
-            ));
-        }
-    })
 }
 
 /// The panels of the picture: the whole, and the cuts asked for.
@@ -154,40 +136,3 @@ fn views(cuts: &[String]) -> Result<Option<Vec<picture::View>>> {
     }
     Ok(Some(views))
 }
-
-/// Everything is made in memory before the first file is written.
-fn write_folder(
-    folder: &Path,
-    material: &Material,
-    neighbourhood: &Neighbourhood,
-    r: &ModelCalibration,
-    report: &ModelReport,
-    views: Option<Vec<picture::View>>,
-) -> Result<()> {
-    let moduli = BondModuli::of(r);
-    let mut options = picture::NeighbourhoodPicture::of(&material.name);
-    if let Some(views) = views {
-        options.views = views;
-    }
-    let mut files: Vec<(&str, Vec<u8>)> = vec![
-        ("calibration.json", folder::json(report, folder)?),
-        ("bonds.csv", io::bonds_csv(neighbourhood, &moduli, &material.name)?.into_bytes()),
-        ("neighbourhood.vtp", io::neighbourhood_vtp(neighbourhood, &moduli)?.into_bytes()),
-    ];
-    if moduli.tangential.is_some() {
-        options.quantity = "normal micromodulus c_n".into();
-    }
-    let scene = picture::neighbourhood_scene(neighbourhood, moduli.normal, &options)?;
-    files.push(("neighbourhood.svg", scene.svg().into_bytes()));
-    files.push(("neighbourhood.png", scene.png(PICTURE_WIDTH)?));
-    if let Some(tangential) = moduli.tangential {
-        options.quantity = "tangential micromodulus c_t".into();
-        let scene = picture::neighbourhood_scene(neighbourhood, tangential, &options)?;
-        files.push(("neighbourhood-tangential.svg", scene.svg().into_bytes()));
-        files.push(("neighbourhood-tangential.png", scene.png(PICTURE_WIDTH)?));
-    }
-    folder::write(folder, &files)
-}
-
-/// Width of the PNG picture (pixels).
-const PICTURE_WIDTH: u32 = 1800;

@@ -8,29 +8,37 @@ use serde::Serialize;
 use crate::{Ending, args, text};
 
 pub fn check(args: &args::CheckCase) -> Result<Ending> {
-    let case = CaseFile::read(&args.case.case, &args.case.set)?;
-    if case.lattice() == LatticeKind::Packing {
-        return check_packing(&case, args.json);
-    }
-    let problem = case.problem()?;
-    let checked = Checked { plan: case.plan(&problem), cost: RunCost::of(&problem)? };
+    let (document, words) = checked(&CaseFile::read(&args.case.case, &args.case.set)?)?;
     if args.json {
-        text::print_json(&checked)?;
+        text::print_json(&document)?;
     } else {
-        text::print(&(describe(&checked.plan, case.description()) + &describe_cost(&checked.cost)))?;
+        text::print(&words)?;
     }
     Ok(Ending::Done)
 }
 
-fn check_packing(case: &CaseFile, as_json: bool) -> Result<Ending> {
-    let problem = case.packing_problem()?;
-    let checked = Checked { plan: case.packing_plan(&problem), cost: problem.cost()? };
-    if as_json {
-        text::print_json(&checked)?;
-    } else {
-        text::print(&(describe_packing(&checked.plan, case.description()) + &describe_cost(&checked.cost)))?;
-    }
-    Ok(Ending::Done)
+/// What a case holds and what its run would take, as one JSON object and in words.
+///
+/// # Errors
+/// As [`CaseFile::problem`].
+pub fn checked(case: &CaseFile) -> Result<(serde_json::Value, String)> {
+    let (plan, cost, words) = match case.lattice() {
+        LatticeKind::Grid => {
+            let problem = case.problem()?;
+            let plan = case.plan(&problem);
+            (json(&plan)?, RunCost::of(&problem)?, describe(&plan, case.description()))
+        }
+        LatticeKind::Packing => {
+            let problem = case.packing_problem()?;
+            let plan = case.packing_plan(&problem);
+            (json(&plan)?, problem.cost()?, describe_packing(&plan, case.description()))
+        }
+    };
+    Ok((json(&Checked { plan, cost })?, words + &describe_cost(&cost)))
+}
+
+fn json(value: &impl Serialize) -> Result<serde_json::Value> {
+    serde_json::to_value(value).map_err(|e| Error::file("write", "JSON", e.into()))
 }
 
 fn describe_packing(plan: &PackingPlan, description: &str) -> String {

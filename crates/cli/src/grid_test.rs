@@ -1,7 +1,7 @@
 //! `anisobond element-test --grid`: the element test of a cell of a grid.
 
 use anisobond::calibration::{Model, ModelCalibrator};
-use anisobond::experiment::element_test::{ElementTest, Rotations};
+use anisobond::experiment::element_test::Rotations;
 use anisobond::experiment::{Correction, GridStudy};
 use anisobond::io::{self, GridTestReport};
 use anisobond::operator::GridCell;
@@ -9,9 +9,6 @@ use anisobond::{Error, Result};
 
 use crate::lattice::{components, describe_correction, directional, model, model_name};
 use crate::{Ending, args, calibrate, folder, text};
-
-/// The solver's tolerance: a perfect grid shows what the calibration promises to 10⁻⁸.
-const TOLERANCE: f64 = 1e-11;
 
 pub fn run(args: &args::ElementTest, rotations: Rotations) -> Result<Ending> {
     if args.method == args::MethodName::Dynamic {
@@ -22,8 +19,7 @@ pub fn run(args: &args::ElementTest, rotations: Rotations) -> Result<Ending> {
     }
     let material = io::find_material(&args.material, None, None)?;
     let neighbourhood = calibrate::neighbourhood(&args.neighbourhood)?;
-    let mut test = ElementTest { rotations, ..ElementTest::default() };
-    test.stopping.tolerance = TOLERANCE;
+    let test = GridStudy::usual_test(rotations);
     let correction = args.bonds.correct.map(|_| Correction { test, ..Correction::default() });
     let model = model(args.bonds.model, Model::Central);
     let cell = cell(&args.grid)?;
@@ -35,7 +31,7 @@ pub fn run(args: &args::ElementTest, rotations: Rotations) -> Result<Ending> {
         let [i, j, k] = report.cell.places;
         let tensors = [("promised", &study.promised), ("measured", &result.measured)];
         let mut files = vec![
-            ("element-test.json", folder::json(&report, folder)?),
+            ("element-test.json", io::json_file(&report)?),
             ("bonds.csv", io::network_bonds_csv(&study.network, &material.name).into_bytes()),
         ];
         files.extend(directional(&material, &format!("{i} × {j} × {k} nodes, {}", model_name(model)), &tensors)?);
@@ -82,7 +78,8 @@ fn cell(args: &args::GridArgs) -> Result<GridCell> {
     Ok(cell)
 }
 
-fn describe(r: &GridTestReport) -> String {
+/// An element test of a grid cell.
+pub fn describe(r: &GridTestReport) -> String {
     let [i, j, k] = r.cell.places;
     let n = &r.neighbourhood;
     let mut out = format!("{} on a cell of {i} × {j} × {k} places, model {}\n", r.material, model_name(r.model));

@@ -6,8 +6,7 @@ use anisobond::Result;
 use anisobond::calibration::Model;
 use anisobond::experiment::element_test::{DynamicTest, ElementTest, Rotations};
 use anisobond::experiment::{
-    Correction, CorrectionChoice, CorrectionForm, CorrectionReport, LatticePlan, LatticeStudy, anisotropy_axis,
-    turned_to_axis,
+    CorrectionChoice, CorrectionForm, CorrectionReport, LatticePlan, LatticeStudy, anisotropy_axis, turned_to_axis,
 };
 use anisobond::io::lattice_report::Checks;
 use anisobond::io::report::Voigt;
@@ -21,32 +20,12 @@ pub fn run(args: &args::Lattice) -> Result<Ending> {
     let (material, study) = study(&args.packing, &args.material, &args.bonds, Rotations::Free)?;
     let report = LatticeReport::new(&material, &study)?;
     if let Some(folder) = &args.output {
-        let stiffness = &study.stiffness;
-        let scalar = picture::Scalar { name: "normal stiffness k_n".into(), unit: "N/m".into() };
-        let scene =
-            |what| picture::lattice_scene(&study.lattice, &stiffness.normal, scalar.clone(), &material.name, what);
-        let spheres = scene(picture::LatticeView::Spheres)?;
-        let bonds = scene(picture::LatticeView::Bonds)?;
-        folder::write(
-            folder,
-            &[
-                ("lattice.json", folder::json(&report, folder)?),
-                ("bonds.csv", io::lattice_bonds_csv(&study.lattice, stiffness, &material.name).into_bytes()),
-                ("packing.csv", io::packing_text(&study.lattice.packing, io::PackingFormat::Csv).into_bytes()),
-                ("lattice.vtp", io::lattice_vtp(&study.lattice, stiffness)?.into_bytes()),
-                ("spheres.svg", spheres.svg().into_bytes()),
-                ("spheres.png", spheres.png(PICTURE_WIDTH)?),
-                ("bonds.svg", bonds.svg().into_bytes()),
-                ("bonds.png", bonds.png(PICTURE_WIDTH)?),
-            ],
-        )?;
+        folder::write(folder, &io::lattice_files(&material, &study, &report)?)?;
     }
     if args.json {
         text::print_json(&report)?;
     } else {
-        let mut columns = vec![("prescribed", &report.prescribed), ("lattice", &report.lattice)];
-        columns.extend(report.best_fit.iter().map(|c| ("best fit", c)));
-        text::print(&(describe(&report) + &components(&columns)))?;
+        text::print(&describe_lattice(&report))?;
     }
     Ok(Ending::Done)
 }
@@ -69,7 +48,7 @@ pub fn test(args: &args::ElementTest) -> Result<Ending> {
         let measured = stiffness_of(&report.measured)?;
         let tensors = [("prescribed", &study.prescribed), ("measured", &measured)];
         let subtitle = format!("contact radius {}", text::number(report.lattice.contact_radius));
-        let mut files = vec![("element-test.json", folder::json(&report, folder)?)];
+        let mut files = vec![("element-test.json", io::json_file(&report)?)];
         files.extend(directional(&material, &subtitle, &tensors)?);
         if study.correction.is_some() {
             let bonds = io::lattice_bonds_csv(&study.lattice, &study.stiffness, &material.name);
@@ -119,15 +98,11 @@ pub fn model(name: Option<args::LatticeModelName>, default: Model) -> Model {
 }
 
 fn plan(args: &args::BondArgs, rotations: Rotations) -> LatticePlan {
-    let correction = Correction { test: ElementTest { rotations, ..ElementTest::default() }, ..Correction::default() };
-    let choice = |name| match name {
+    let correct = args.correct.map(|name| match name {
         args::CorrectName::Elliptic => CorrectionChoice::Elliptic,
         args::CorrectName::General => CorrectionChoice::General,
-    };
-    LatticePlan {
-        model: model(args.model, Model::Micropolar),
-        correction: args.correct.map(|name| (choice(name), correction)),
-    }
+    });
+    LatticePlan::new(model(args.model, Model::Micropolar), correct, rotations)
 }
 
 fn study(
@@ -162,6 +137,13 @@ fn study(
 
 fn stiffness_of(rows: &Voigt) -> Result<Stiffness> {
     Stiffness::from_voigt(&Matrix6::from_fn(|a, b| rows[a][b]))
+}
+
+/// A lattice, and its tensors side by side.
+pub fn describe_lattice(r: &LatticeReport) -> String {
+    let mut columns = vec![("prescribed", &r.prescribed), ("lattice", &r.lattice)];
+    columns.extend(r.best_fit.iter().map(|c| ("best fit", c)));
+    describe(r) + &components(&columns)
 }
 
 fn describe(r: &LatticeReport) -> String {
@@ -252,7 +234,8 @@ pub fn components(columns: &[(&str, &Voigt)]) -> String {
     out
 }
 
-fn describe_test(r: &ElementTestReport) -> String {
+/// A lattice and its element test.
+pub fn describe_test(r: &ElementTestReport) -> String {
     let (unit, name) = text::stress_unit(text::largest(&r.lattice.prescribed));
     let mut out = describe(&r.lattice);
     let mut columns =

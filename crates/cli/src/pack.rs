@@ -14,9 +14,6 @@ use serde_json::json;
 
 use crate::{Ending, args, text};
 
-/// Porosity of a random packing unless one is asked for: loose enough to be reached at once.
-const USUAL_POROSITY: f64 = 0.45;
-
 pub fn run(args: &args::Pack) -> Result<Ending> {
     let (packing, report) = packing(args)?;
     let statistics = packing.statistics(args.contact_radius)?;
@@ -74,7 +71,7 @@ fn packing(args: &args::Pack) -> Result<Made> {
     };
     let target = match args.coordination {
         Some(coordination) => Target::Coordination(coordination),
-        None => Target::Porosity(args.porosity.unwrap_or(USUAL_POROSITY)),
+        None => Target::Porosity(args.porosity.unwrap_or(RandomPacking::USUAL_POROSITY)),
     };
     let radii = radii(args, radius)?;
     let wanted = RandomPacking { extent, radii, target, contact_radius: args.contact_radius, seed: args.seed };
@@ -108,9 +105,7 @@ fn radii(args: &args::Pack, radius: f64) -> Result<Radii> {
     }
     Ok(match (args.fuzz, args.deviation) {
         (Some(fuzz), _) => Radii::Fuzzy { mean: radius, fuzz },
-        (None, Some(deviation)) => {
-            Radii::LogNormal { median: radius, deviation, least: radius / 3.0, most: 3.0 * radius }
-        }
+        (None, Some(deviation)) => Radii::log_normal(radius, deviation),
         (None, None) => Radii::Uniform { radius },
     })
 }
@@ -120,7 +115,8 @@ fn fractions(path: &Path) -> Result<Vec<(f64, f64)>> {
     anisobond::io::read_pairs(path, "radius and fraction, as 0.001, 0.5")
 }
 
-fn describe(s: &PackingStatistics) -> String {
+/// The result in words.
+pub fn describe(s: &PackingStatistics) -> String {
     let mut out = format!("{} spheres, radius {}", s.number, text::number(s.radius.mean));
     if s.radius.most > s.radius.least {
         out += &format!(" ({} … {})", text::number(s.radius.least), text::number(s.radius.most));

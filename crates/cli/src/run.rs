@@ -1,10 +1,8 @@
 //! `anisobond run`.
 
 use anisobond::Result;
-use anisobond::io::run::{
-    PackingSummary, RunOptions, RunProgress, RunSummary, case_identity, run_packing_problem, run_problem,
-};
-use anisobond::io::{CaseFile, LatticeKind};
+use anisobond::io::CaseFile;
+use anisobond::io::run::{PackingSummary, RunOptions, RunProgress, RunSummary, case_identity, run_case};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::{Ending, args, interrupt, text};
@@ -17,10 +15,7 @@ pub fn run(args: &args::Run) -> Result<Ending> {
     let bar = ProgressBar::new(0);
     let style = ProgressStyle::with_template("{bar:30} {pos}/{len} steps, {msg}, {eta} left");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    let summary = match case.lattice() {
-        LatticeKind::Grid => run_problem(case.problem()?, &options, |p| show(&bar, p)),
-        LatticeKind::Packing => run_packing_problem(case.packing_problem()?, &options, |p| show(&bar, p)),
-    };
+    let summary = run_case(&case, &options, |p| show(&bar, p));
     bar.finish_and_clear();
     let summary = summary?;
     for warning in &summary.warnings {
@@ -41,7 +36,8 @@ fn show(bar: &ProgressBar, p: &RunProgress) {
     bar.set_message(format!("{:.1} steps/s, {:.2e} bonds/s{broken}", p.steps_per_second, p.bonds_per_second));
 }
 
-fn describe(s: &RunSummary, folder: &str) -> String {
+/// The result in words.
+pub fn describe(s: &RunSummary, folder: &str) -> String {
     let n = text::number;
     let what = if s.packing.is_some() { "spheres" } else { "nodes" };
     let mut out = format!("{}: {} {what}, {} bonds\n", s.case, s.nodes, s.bonds);

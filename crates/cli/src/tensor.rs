@@ -47,7 +47,8 @@ fn directions(args: &args::Tensor, material: &Material) -> Result<serde_json::Va
     Ok(all.into())
 }
 
-fn describe(r: &TensorReport, directions: &serde_json::Value) -> String {
+/// The result in words.
+pub fn describe(r: &TensorReport, directions: &serde_json::Value) -> String {
     let (unit, name) = text::stress_unit(text::largest(&r.stiffness));
     let stress = |x: f64| format!("{} {name}", text::number(x / unit));
     let mut out = r.material.clone();

@@ -69,14 +69,30 @@ fn cavity_findings(args: &args::Verify) -> Result<Option<Vec<Finding>>> {
     cavity::findings().map(Some)
 }
 
-pub fn run(args: &args::Verify) -> Result<Ending> {
-    let chosen: Vec<&Suite> =
-        SUITES.iter().filter(|s| args.suite.as_ref().is_none_or(|name| name.eq_ignore_ascii_case(s.name))).collect();
-    if chosen.is_empty() {
+fn suite(name: &str) -> Result<&'static Suite> {
+    SUITES.iter().find(|s| name.eq_ignore_ascii_case(s.name)).ok_or_else(|| {
         let names: Vec<&str> = SUITES.iter().map(|s| s.name).collect();
-        let asked = args.suite.as_deref().unwrap_or("");
-        return Err(Error::input(format!("unknown suite {asked}"), format!("use one of {}", names.join(", "))));
-    }
+        Error::input(format!("unknown suite {name}"), format!("use one of {}", names.join(", ")))
+    })
+}
+
+/// The values of a suite, recomputed: its document and findings.
+///
+/// # Errors
+/// An unknown suite; one that needs the document's packing, without it.
+pub fn findings(name: &str, packing: Option<&Path>) -> Result<(&'static str, Vec<Finding>)> {
+    let suite = suite(name)?;
+    let args =
+        args::Verify { suite: Some(name.into()), packing: packing.map(Path::to_path_buf), json: false, brief: false };
+    // A suite that is named is not skipped.
+    Ok((suite.document, (suite.findings)(&args)?.unwrap_or_default()))
+}
+
+pub fn run(args: &args::Verify) -> Result<Ending> {
+    let chosen: Vec<&Suite> = match &args.suite {
+        None => SUITES.iter().collect(),
+        Some(name) => vec![suite(name)?],
+    };
     let mut deviates = false;
     let mut documents = Vec::new();
     let mut out = String::new();
@@ -116,7 +132,8 @@ pub fn run(args: &args::Verify) -> Result<Ending> {
     Ok(if deviates { Ending::Deviates } else { Ending::Done })
 }
 
-fn table(findings: &[Finding], brief: bool) -> String {
+/// Findings as a table; in brief, only what is wrong.
+pub fn table(findings: &[Finding], brief: bool) -> String {
     let shown = |f: &&Finding| !brief || matches!(f.verdict(), Verdict::PublishedWrong | Verdict::Deviates);
     let width = findings.iter().map(|f| f.quantity.chars().count()).max().unwrap_or(0);
     let pad = |text: &str| format!("{text}{}", " ".repeat(width.saturating_sub(text.chars().count())));

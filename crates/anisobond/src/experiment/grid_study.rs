@@ -38,6 +38,13 @@ impl GridStudy {
         }
     }
 
+    /// The element test of a cell, solved so far that a perfect grid shows what its calibration promises to 10⁻⁸.
+    pub fn usual_test(rotations: Rotations) -> ElementTest {
+        let mut test = ElementTest { rotations, ..ElementTest::default() };
+        test.stopping.tolerance = 1e-11;
+        test
+    }
+
     /// Calibrate a model and put it on a cell. With a correction, every bond's moduli (central, micropolar) or the nodal
     /// term (hybrid) are then brought to the target as measured on this very cell, defects included.
     ///

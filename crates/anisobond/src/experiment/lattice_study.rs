@@ -4,6 +4,7 @@
 use nalgebra::{Rotation3, Vector3};
 
 use super::corrected::{CorrectedModuli, Correction, CorrectionReport, central_by_sum, hybrid_by_sum};
+use super::element_test::{ElementTest, Rotations};
 use crate::calibration::{
     EllipticFit, EllipticMicroplane, EllipticModuli, LatticeStiffness, Model, best_fit_stiffness, lattice_mu, unit_axis,
 };
@@ -29,6 +30,14 @@ pub struct LatticePlan {
     pub model: Model,
     /// Whether, and how, moduli are corrected by the lattice's own element test.
     pub correction: Option<(CorrectionChoice, Correction)>,
+}
+
+impl LatticePlan {
+    /// A model, and a correction of its bonds by the element test whose nodes rotate, or do not.
+    pub fn new(model: Model, correct: Option<CorrectionChoice>, rotations: Rotations) -> Self {
+        let test = ElementTest { rotations, ..ElementTest::default() };
+        LatticePlan { model, correction: correct.map(|choice| (choice, Correction { test, ..Correction::default() })) }
+    }
 }
 
 /// A lattice with the stiffnesses of its bonds.

@@ -2,13 +2,14 @@
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 
 use nalgebra::{Matrix6, Vector3};
 use serde_json::Value as Json;
 
 use super::lattice_report::ElementTestReport;
 use super::picture::{Chart, StiffnessRow, stiffness_chart};
-use super::sweep::{Job, JobLog, ParameterTable, Store, Value};
+use super::sweep::{Job, JobLog, Options, ParameterTable, Progress, Shard, Store, Summary, Value, run_sweep};
 use super::{find_material, parse_angle, parse_stress, parse_vector, read_packing};
 use crate::calibration::{Model, TransverseConstants, axis_of_strike_and_dip};
 use crate::experiment::element_test::{DynamicTest, ElementTest, Rotations};
@@ -127,6 +128,48 @@ impl ElementSweep {
         stiffness.require_positive_definite()?;
         Ok(Material { name: "c11 c33 c13 c12".into(), stiffness, density: None, source: String::new() })
     }
+}
+
+/// Runs the jobs of a table, or of its shard, that the store in a folder (`results.sqlite`) does not have yet.
+///
+/// # Errors
+/// A store of another table; files that cannot be written.
+pub fn sweep_into(
+    folder: &Path,
+    table: &ParameterTable,
+    sweep: &ElementSweep,
+    shard: Option<Shard>,
+    retry: bool,
+    stop: &AtomicBool,
+    observe: impl Fn(Progress) + Sync + Send,
+) -> Result<(Store, Summary)> {
+    let store =
+        Store::open(store_in(folder, shard), table, shard, &serde_json::json!({ "experiment": "element-test" }))?;
+    let options = Options { retry, logs: folder.join("logs") };
+    let summary = run_sweep(table, &store, &options, stop, |job, log| sweep.job(job, log), observe)?;
+    Ok((store, summary))
+}
+
+/// Path of the store of a sweep, or of one of its shards, in a folder.
+pub fn store_in(folder: &Path, shard: Option<Shard>) -> PathBuf {
+    let whole = folder.join("results.sqlite");
+    shard.map_or_else(|| whole.clone(), |shard| shard.store(&whole))
+}
+
+/// Writes a store's table beside it as CSV and, of a whole sweep over contact radii, its chart; the names of the files.
+///
+/// # Errors
+/// A store that cannot be read, files that cannot be written.
+pub fn write_sweep(folder: &Path, store: &Store, of_shard: bool) -> Result<Vec<String>> {
+    let csv = store.path().with_extension("csv");
+    store.write_csv(&csv)?;
+    let mut wrote = vec![csv.file_name().unwrap_or_default().to_string_lossy().into_owned()];
+    if !of_shard && let Some(chart) = contact_radius_chart(store)? {
+        chart.write(folder.join("stiffness.svg"))?;
+        chart.write(folder.join("stiffness.png"))?;
+        wrote.extend(["stiffness.svg", "stiffness.png", "stiffness.csv"].map(String::from));
+    }
+    Ok(wrote)
 }
 
 /// The document's figure of a finished sweep over contact radii: prescribed, summed and measured stiffness; `None` where

@@ -16,6 +16,26 @@ pub fn read_influence(path: impl AsRef<Path>) -> Result<Influence> {
     Influence::table(points).map_err(|e| e.at(path.display()))
 }
 
+/// An influence function by its name, or from a CSV file ([`read_influence`]).
+///
+/// # Errors
+/// Neither a name nor a file; what the reader refuses.
+pub fn find_influence(name_or_path: &str) -> Result<Influence> {
+    Ok(match name_or_path {
+        "constant" => Influence::Constant,
+        "inverse" => Influence::Inverse,
+        "hat" => Influence::Hat,
+        "power" => Influence::Power,
+        file if Path::new(file).is_file() => read_influence(file)?,
+        other => {
+            return Err(Error::input(
+                format!("{other} is neither an influence function nor a file"),
+                "use constant, inverse, hat, power, or a CSV file of r/δ, ω",
+            ));
+        }
+    })
+}
+
 /// Read pairs of numbers, one pair a line, separated by a comma, semicolon, tab or spaces. Lines that begin with `#` and
 /// one heading line are left out. `what` names a pair for messages.
 ///

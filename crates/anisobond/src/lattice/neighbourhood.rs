@@ -38,6 +38,33 @@ pub enum Shape {
 }
 
 impl Shape {
+    /// A shape by its name, and the horizon ratio m; what of the two sizes is not given follows from the other: the
+    /// semi-axes of a cuboid or an ellipsoid are 4m/6, 5m/6 and m (P section 4.3), m is the longest semi-axis, or 6.
+    ///
+    /// # Errors
+    /// An unknown name; semi-axes of a sphere or a cube.
+    pub fn named(name: &str, horizon: Option<f64>, semi_axes: Option<[f64; 3]>) -> Result<(Shape, f64)> {
+        let horizon = horizon.unwrap_or_else(|| semi_axes.map_or(6.0, |a| a.into_iter().fold(0.0, f64::max)));
+        let of_horizon = [4.0 / 6.0 * horizon, 5.0 / 6.0 * horizon, horizon];
+        let shape = match (name, semi_axes) {
+            ("cuboid", axes) => Shape::Cuboid { semi_axes: axes.unwrap_or(of_horizon) },
+            ("ellipsoid", axes) => Shape::Ellipsoid { semi_axes: axes.unwrap_or(of_horizon) },
+            ("sphere", None) => Shape::Sphere { radius: horizon },
+            ("cube", None) => Shape::Cube { semi_edge: horizon },
+            ("sphere" | "cube", Some(_)) => {
+                return Err(Error::input(
+                    format!("semi-axes are given for a {name}"),
+                    "choose the shape cuboid or ellipsoid, or give the horizon alone",
+                ));
+            }
+            _ => {
+                let problem = format!("{name:?} is no shape of a neighbourhood");
+                return Err(Error::input(problem, "use sphere, cube, cuboid or ellipsoid"));
+            }
+        };
+        Ok((shape, horizon))
+    }
+
     /// Half the extent along each axis, in spacings.
     pub fn semi_axes(&self) -> [f64; 3] {
         match *self {

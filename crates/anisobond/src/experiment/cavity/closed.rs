@@ -71,6 +71,12 @@ impl Cavity {
         self.frame.tr_mul(&self.hole.displacement([place.x, place.y]))
     }
 
+    /// Hoop stress (Pa) on the wall where the vector away from the axis points.
+    pub fn hoop_stress(&self, away: &Vector3<f64>) -> f64 {
+        let n = self.frame * self.polar(away).1;
+        self.hole.hoop_stress(n.y.atan2(n.x))
+    }
+
     /// The wall's motion.
     pub fn wall(&self) -> WallMotion {
         let along = |k: usize| {

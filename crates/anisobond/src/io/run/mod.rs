@@ -17,7 +17,7 @@ use self::frames::Frames;
 use self::subject::Subject;
 pub use self::summary::{PackingSummary, RunSummary};
 use super::results::{Checkpoints, ProbeTable};
-use super::write_atomically;
+use super::{CaseFile, LatticeKind, write_atomically};
 use crate::experiment::{Ledger, PackingProblem, PackingSimulation, Problem, Simulation};
 use crate::{Error, Result};
 
@@ -40,11 +40,16 @@ pub struct RunOptions<'a> {
 pub fn case_identity(path: impl AsRef<Path>, overrides: &[String]) -> Result<String> {
     let path = path.as_ref();
     let text = std::fs::read(path).map_err(|e| Error::file("read", path, e))?;
+    Ok(identity_of_text(&text, overrides))
+}
+
+/// [`case_identity`] of the text of a case.
+pub fn identity_of_text(text: &[u8], overrides: &[String]) -> String {
     let mut hash = XxHash3_128::new();
-    hash.write(&text);
+    hash.write(text);
     overrides.iter().for_each(|o| hash.write(o.as_bytes()));
     hash.write(env!("CARGO_PKG_VERSION").as_bytes());
-    Ok(format!("{:032x}", hash.finish_128()))
+    format!("{:032x}", hash.finish_128())
 }
 
 /// How far a run is.
@@ -70,6 +75,17 @@ struct About {
     frame_times: Vec<f64>,
     simulation: String,
     seconds: f64,
+}
+
+/// Runs a case on its lattice to the end, or until it is stopped.
+///
+/// # Errors
+/// As [`run_problem`] and [`CaseFile::problem`].
+pub fn run_case(case: &CaseFile, options: &RunOptions, progress: impl FnMut(&RunProgress)) -> Result<RunSummary> {
+    match case.lattice() {
+        LatticeKind::Grid => run_problem(case.problem()?, options, progress),
+        LatticeKind::Packing => run_packing_problem(case.packing_problem()?, options, progress),
+    }
 }
 
 /// Runs a problem on a grid to its end, or until it is stopped.

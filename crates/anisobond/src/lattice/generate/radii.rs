@@ -58,6 +58,11 @@ pub(super) struct Sampler<'r> {
 }
 
 impl Radii {
+    /// Log-normal radii, clipped at a third and at three times the median (m).
+    pub fn log_normal(median: f64, deviation: f64) -> Self {
+        Radii::LogNormal { median, deviation, least: median / 3.0, most: 3.0 * median }
+    }
+
     /// The sampler of a distribution.
     ///
     /// # Errors

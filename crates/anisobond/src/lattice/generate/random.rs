@@ -135,6 +135,9 @@ pub fn random_observed(
 }
 
 impl RandomPacking {
+    /// Porosity of a random packing unless one is asked for: loose enough to be reached at once.
+    pub const USUAL_POROSITY: f64 = 0.45;
+
     /// The sampler of the radii, if all wishes make sense.
     fn checked(&self) -> Result<Sampler<'_>> {
         let sampler = self.radii.sampler()?;

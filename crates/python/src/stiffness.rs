@@ -1,0 +1,393 @@
+//! `Stiffness`: an elastic tensor with its name, density and source.
+
+use anisobond::io::TensorReport;
+use anisobond::tensor::{DirectionalModuli, Material, SYMMETRY_TOLERANCE, Stiffness as Tensor};
+use anisobond_cli::describe;
+use nalgebra::Vector3;
+use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::convert;
+use crate::material;
+use crate::report::{Report, number};
+use crate::work::{OrRaise, wrong};
+
+/// An elastic stiffness tensor (Pa), with a name, and a density (kg/m³) and source where they are known.
+///
+/// `material` is a built-in name ("KIO3"), the path of a material file, a dictionary of a material file's keys, a 6×6
+/// matrix (`order` "voigt": 11 22 33 23 13 12, "mandel", "abaqus" or "lammps"), all 3×3×3×3 components, or a tensor of
+/// pymatgen or Elasticipy. `unit` is that of arrays (Pa unless given) and of other packages' tensors (GPa unless given).
+///
+/// >>> c = Stiffness("KIO3")
+/// >>> c.voigt.shape, float(c.voigt[0, 0])
+/// ((6, 6), 43000000000.0)
+/// >>> Stiffness([[3, 1, 1, 0, 0, 0], [1, 3, 1, 0, 0, 0], [1, 1, 3, 0, 0, 0],
+/// ...            [0, 0, 0, 1, 0, 0], [0, 0, 0, 0, 1, 0], [0, 0, 0, 0, 0, 1]], unit="GPa", name="soft")
+/// <Stiffness of soft: C11 3 C22 3 C33 3 C44 1 C55 1 C66 1 GPa>
+#[pyclass(frozen, eq, module = "anisobond")]
+pub struct Stiffness {
+    pub material: Material,
+}
+
+impl PartialEq for Stiffness {
+    fn eq(&self, other: &Self) -> bool {
+        self.tensor() == other.tensor()
+    }
+}
+
+impl Stiffness {
+    /// A tensor that belongs to a material.
+    pub fn named(tensor: Tensor, name: impl Into<String>) -> Self {
+        let (density, source) = (None, String::new());
+        Stiffness { material: Material { name: name.into(), stiffness: tensor, density, source } }
+    }
+
+    fn tensor(&self) -> &Tensor {
+        &self.material.stiffness
+    }
+
+    /// The same material with another tensor.
+    fn with_tensor(&self, stiffness: Tensor) -> Self {
+        Stiffness { material: Material { stiffness, ..self.material.clone() } }
+    }
+
+    fn directional(&self) -> PyResult<DirectionalModuli> {
+        self.tensor().require_positive_definite().or_raise()?;
+        DirectionalModuli::new(self.tensor()).or_raise()
+    }
+}
+
+/// An array of any shape.
+type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+
+/// A density (kg/m³): a number, or a text with a unit.
+fn density_of(given: &Bound<'_, PyAny>) -> PyResult<f64> {
+    let density = match given.extract::<f64>() {
+        Ok(number) => number,
+        Err(_) => anisobond::io::parse_density(&given.extract::<String>()?).map_err(|e| e.at("density")).or_raise()?,
+    };
+    if density.is_finite() && density > 0.0 {
+        return Ok(density);
+    }
+    Err(wrong(format!("the density is {density} kg/m³"), "give a positive number"))
+}
+
+/// Unit vectors of an array (…, 3).
+fn directions(given: &Bound<'_, PyAny>, what: &str) -> PyResult<(Vec<Vector3<f64>>, Vec<usize>)> {
+    let (mut vectors, shape) = convert::vectors(given, what)?;
+    for v in &mut vectors {
+        *v = v.try_normalize(0.0).filter(|n| n.iter().all(|x| x.is_finite())).ok_or_else(|| {
+            wrong(format!("{what} has a vector without direction"), "give vectors of positive, finite length")
+        })?;
+    }
+    Ok((vectors, shape))
+}
+
+#[pymethods]
+impl Stiffness {
+    #[new]
+    #[pyo3(signature = (material, *, unit=None, order="voigt", name=None, density=None, source=None))]
+    fn new(
+        material: &Bound<'_, PyAny>,
+        unit: Option<&str>,
+        order: &str,
+        name: Option<String>,
+        density: Option<&Bound<'_, PyAny>>,
+        source: Option<String>,
+    ) -> PyResult<Self> {
+        let mut material = material::read(material, unit, order)?;
+        if let Some(name) = name {
+            material.name = name;
+        }
+        if let Some(density) = density {
+            material.density = Some(density_of(density)?);
+        }
+        if let Some(source) = source {
+            material.source = source;
+        }
+        Ok(Stiffness { material })
+    }
+
+    /// From components or engineering constants, by the keys of a material file (docs/materials.md): `c11=…` with
+    /// `symmetry`, `engineering={…}`, `compliance=…`, `axis`, `orientation`, `unit`, `name`, `density`, `source`. Numbers
+    /// are in `unit`; texts carry their own.
+    ///
+    /// >>> Stiffness.of(symmetry="transversely-isotropic", unit="MPa", c11=130, c33=55, c13=28, c12=40, c44=32.25, name="rock")
+    /// <Stiffness of rock: C11 130 C22 130 C33 55 C44 32.25 C55 32.25 C66 45 MPa>
+    /// >>> Stiffness.of(engineering={"e": "70 GPa", "nu": 0.25}, symmetry="isotropic", name="glass")
+    /// <Stiffness of glass: C11 84 C22 84 C33 84 C44 28 C55 28 C66 28 GPa>
+    #[staticmethod]
+    #[pyo3(signature = (*, symmetry=None, **keys))]
+    fn of(py: Python<'_>, symmetry: Option<&str>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let all = PyDict::new(py);
+        if let Some(symmetry) = symmetry {
+            // `class` is a word of Python's own.
+            all.set_item("class", symmetry)?;
+        }
+        if let Some(keys) = keys {
+            all.update(keys.as_mapping())?;
+        }
+        Ok(Stiffness { material: material::of_keys(&all)? })
+    }
+
+    /// An isotropic tensor of bulk and shear modulus (Pa).
+    #[staticmethod]
+    #[pyo3(signature = (*, bulk, shear, name="isotropic"))]
+    fn isotropic(bulk: f64, shear: f64, name: &str) -> PyResult<Self> {
+        let tensor = Tensor::isotropic(bulk - 2.0 / 3.0 * shear, shear);
+        tensor.require_positive_definite().or_raise()?;
+        Ok(Stiffness::named(tensor, name))
+    }
+
+    /// From a pymatgen `ElasticTensor` (GPa unless `unit` says otherwise); a `structure` gives the density.
+    #[staticmethod]
+    #[pyo3(signature = (tensor, *, unit="GPa", structure=None, name=None))]
+    fn from_pymatgen(
+        tensor: &Bound<'_, PyAny>,
+        unit: &str,
+        structure: Option<&Bound<'_, PyAny>>,
+        name: Option<String>,
+    ) -> PyResult<Self> {
+        let density =
+            structure.map(|s| s.py().import("anisobond._interop")?.getattr("density")?.call1((s,))).transpose()?;
+        Stiffness::new(tensor, Some(unit), "voigt", name, density.as_ref(), None)
+    }
+
+    /// From an Elasticipy `StiffnessTensor` (GPa unless `unit` says otherwise).
+    #[staticmethod]
+    #[pyo3(signature = (tensor, *, unit="GPa", name=None))]
+    fn from_elasticipy(tensor: &Bound<'_, PyAny>, unit: &str, name: Option<String>) -> PyResult<Self> {
+        Stiffness::new(tensor, Some(unit), "voigt", name, None, None)
+    }
+
+    /// From a 6×6 matrix in ASE's conventions: order xx yy zz yz xz xy, eV/Å³; `atoms` give the density.
+    #[staticmethod]
+    #[pyo3(signature = (matrix, *, atoms=None, name=None))]
+    fn from_ase(matrix: &Bound<'_, PyAny>, atoms: Option<&Bound<'_, PyAny>>, name: Option<String>) -> PyResult<Self> {
+        Stiffness::from_pymatgen(matrix, "eV/A3", atoms, name)
+    }
+
+    /// As a pymatgen `ElasticTensor` (GPa).
+    fn to_pymatgen<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("anisobond._interop")?.getattr("to_pymatgen")?.call1((slf,))
+    }
+
+    /// As an Elasticipy `StiffnessTensor` (GPa).
+    fn to_elasticipy<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("anisobond._interop")?.getattr("to_elasticipy")?.call1((slf,))
+    }
+
+    /// As a 6×6 matrix in ASE's conventions: order xx yy zz yz xz xy, eV/Å³.
+    fn to_ase<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("anisobond._interop")?.getattr("to_ase")?.call1((slf,))
+    }
+
+    /// Name of the material.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.material.name
+    }
+
+    /// Density (kg/m³), or None.
+    #[getter]
+    fn density(&self) -> Option<f64> {
+        self.material.density
+    }
+
+    /// Where the numbers come from.
+    #[getter]
+    fn source(&self) -> &str {
+        &self.material.source
+    }
+
+    /// The Voigt matrix (Pa), order 11 22 33 23 13 12.
+    #[getter]
+    fn voigt<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        convert::matrix6(py, &self.tensor().voigt())
+    }
+
+    /// The Kelvin-Mandel matrix (Pa): shear rows and columns scaled by √2, so that norms and eigenvalues are the tensor's.
+    #[getter]
+    fn mandel<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        convert::matrix6(py, self.tensor().mandel())
+    }
+
+    /// All components (Pa), 3×3×3×3.
+    #[getter]
+    fn full<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let all = (0..81).map(|i| self.tensor().component(i / 27, i / 9 % 3, i / 3 % 3, i % 3)).collect();
+        PyArray1::from_vec(py, all).reshape(vec![3, 3, 3, 3])
+    }
+
+    /// The compliance as a Voigt matrix (1/Pa), engineering shear strains: s44 = 1/G23.
+    #[getter]
+    fn compliance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let s = self.tensor().compliance_voigt();
+        convert::matrix6(py, &s.ok_or_else(|| wrong("the stiffness cannot be inverted", "check its components"))?)
+    }
+
+    /// The six Kelvin moduli (Pa), ascending: all positive for a stable material.
+    #[getter]
+    fn kelvin_moduli<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        let mut moduli = self.tensor().eigen().0.as_slice().to_vec();
+        moduli.sort_by(f64::total_cmp);
+        PyArray1::from_vec(py, moduli)
+    }
+
+    /// The tensor's norm √(C_ijkl C_ijkl) (Pa).
+    #[getter]
+    fn norm(&self) -> f64 {
+        self.tensor().norm()
+    }
+
+    /// The fully symmetric part, which is all that central bonds see of a tensor.
+    #[getter]
+    fn cauchy_part(&self) -> Self {
+        self.with_tensor(self.tensor().cauchy_part())
+    }
+
+    /// ‖C − S‖/‖C‖, S the Cauchy part: the least error of central bonds on any neighbourhood.
+    #[getter]
+    fn cauchy_gap(&self) -> f64 {
+        self.tensor().cauchy_gap()
+    }
+
+    /// What central bonds cannot see, 3×3 (Pa): D11 = C44 − C23, D12 = C36 − C45, …
+    #[getter]
+    fn cauchy_defect<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        convert::matrix3_array(py, &self.tensor().cauchy_defect())
+    }
+
+    /// The symmetry class in any orientation, within `tolerance` (relative distance).
+    ///
+    /// >>> Stiffness("Spinel").symmetry(), Stiffness("KIO3").symmetry()
+    /// ('cubic', 'triclinic')
+    #[pyo3(signature = (*, tolerance=SYMMETRY_TOLERANCE))]
+    fn symmetry(&self, tolerance: f64) -> &'static str {
+        self.tensor().symmetry(tolerance).class.name()
+    }
+
+    /// The tensor turned by a 3×3 rotation, or by one in the words of the command line ("bunge:10,20,30").
+    ///
+    /// >>> c = Stiffness("KIO3")
+    /// >>> bool(c.rotated("axis:0,0,1,90").rotated("axis:0,0,1,-90").relative_error(c) < 1e-14)
+    /// True
+    fn rotated(&self, rotation: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let q = convert::orientation(rotation)?;
+        let error = (q * q.transpose() - nalgebra::Matrix3::identity()).norm();
+        if error.is_nan() || error > 1e-9 {
+            return Err(wrong("the rotation matrix is not orthogonal", "give Q with Q·Qᵀ = 1"));
+        }
+        Ok(self.with_tensor(self.tensor().rotated(&q)))
+    }
+
+    /// ‖self − other‖/‖self‖.
+    fn relative_error(&self, other: &Bound<'_, PyAny>) -> PyResult<f64> {
+        Ok(self.tensor().relative_error(&material::material(other)?.stiffness))
+    }
+
+    /// Young's modulus (Pa) along directions (…, 3).
+    ///
+    /// >>> Stiffness("Pyroceram").young([1, 0, 0]).shape, Stiffness("Si").young([[1, 0, 0], [1, 1, 1]]).shape
+    /// ((), (2,))
+    fn young<'py>(&self, py: Python<'py>, direction: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let (n, shape) = directions(direction, "direction")?;
+        let moduli = self.directional()?;
+        convert::shaped(py, n.iter().map(|n| moduli.young(n)).collect(), &shape)
+    }
+
+    /// Linear compressibility (1/Pa) along directions (…, 3).
+    fn linear_compressibility<'py>(
+        &self,
+        py: Python<'py>,
+        direction: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let (n, shape) = directions(direction, "direction")?;
+        let moduli = self.directional()?;
+        convert::shaped(py, n.iter().map(|n| moduli.linear_compressibility(n)).collect(), &shape)
+    }
+
+    /// Speeds (m/s; …, 3; slowest first) and polarisations (…, 3, 3) of plane waves along directions (…, 3).
+    #[pyo3(signature = (direction, *, density=None))]
+    fn waves<'py>(
+        &self,
+        py: Python<'py>,
+        direction: &Bound<'py, PyAny>,
+        density: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<(Array<'py>, Array<'py>)> {
+        let density = match density {
+            Some(given) => density_of(given)?,
+            None => self.material.density.ok_or_else(|| {
+                wrong(format!("{} has no density", self.material.name), "give density=2650 or density=\"2650 kg/m3\"")
+            })?,
+        };
+        let (n, shape) = directions(direction, "direction")?;
+        let (mut speeds, mut polarisations) = (Vec::new(), Vec::new());
+        for n in &n {
+            for wave in self.tensor().waves(n, density).or_raise()? {
+                speeds.push(wave.speed);
+                polarisations.extend(wave.polarisation);
+            }
+        }
+        let speed_shape = [&shape[..], &[3]].concat();
+        let polarisation_shape = [&shape[..], &[3, 3]].concat();
+        Ok((convert::shaped(py, speeds, &speed_shape)?, convert::shaped(py, polarisations, &polarisation_shape)?))
+    }
+
+    /// Everything of the tensor that needs no lattice, as `anisobond tensor`: moduli, engineering constants, extremes over
+    /// directions, waves, symmetry class, what central bonds can reach.
+    #[pyo3(signature = (*, tolerance=SYMMETRY_TOLERANCE))]
+    fn analyse(&self, py: Python<'_>, tolerance: f64) -> PyResult<Report> {
+        if !(tolerance >= 0.0 && tolerance.is_finite()) {
+            return Err(wrong(format!("tolerance = {tolerance}"), "give a number ≥ 0, as 0.005"));
+        }
+        let report = py.detach(|| TensorReport::new(&self.material, tolerance)).or_raise()?;
+        let words = describe::tensor(&report, &serde_json::Value::Null);
+        let summary = format!("{}: {}", report.material, report.symmetry.class.name());
+        Report::new(summary, &report, words)
+    }
+
+    /// Name, source, density (kg/m³) and the Voigt matrix (Pa) as a dictionary.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let m = &self.material;
+        let rows = m.stiffness.voigt_rows();
+        let value = serde_json::json!({"name": m.name, "source": m.source, "density": m.density, "stiffness": rows});
+        convert::json(py, &value)
+    }
+
+    #[pyo3(signature = (dtype=None, copy=None))]
+    fn __array__<'py>(
+        &self,
+        py: Python<'py>,
+        dtype: Option<&Bound<'py, PyAny>>,
+        copy: Option<bool>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        // A new array either way.
+        let _ = copy;
+        let array = self.voigt(py)?.into_any();
+        dtype.map_or(Ok(array.clone()), |dtype| array.call_method1("astype", (dtype,)))
+    }
+
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyDict>)> {
+        let keywords = PyDict::new(py);
+        keywords.set_item("order", "mandel")?;
+        keywords.set_item("name", self.name())?;
+        keywords.set_item("density", self.density())?;
+        keywords.set_item("source", self.source())?;
+        Ok(((self.mandel(py)?,).into_pyobject(py)?.into_any(), keywords))
+    }
+
+    fn __repr__(&self) -> String {
+        let c = self.tensor().voigt();
+        let (size, unit) = describe::stress_unit(c.amax());
+        let diagonal: Vec<String> = (0..6).map(|a| format!("C{0}{0} {1}", a + 1, number(c[(a, a)] / size))).collect();
+        format!("<Stiffness of {}: {} {unit}>", self.material.name, diagonal.join(" "))
+    }
+
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let this = slf.get();
+        let html = slf.py().import("anisobond._html")?;
+        html.getattr("report")?.call1(("Stiffness", this.name(), this.to_dict(slf.py())?))
+    }
+}

@@ -1,0 +1,160 @@
+"""Cases and runs, Ctrl-C among them; the command."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import anisobond as ab
+from conftest import SHORT_WAVE
+
+
+def test_a_run_and_its_tables(wave, tmp_path):
+    beats = []
+    run = ab.run(wave, tmp_path / "wave", progress=lambda *beat: beats.append(beat))
+    probes = run.probes()
+    assert len(probes) > 3 and probes["time_s"][-1] == pytest.approx(8e-6, rel=2e-2)
+    assert beats[-1][0] == beats[-1][1] == run.to_dict()["steps"]
+    assert {"summary.json", "probes.csv"} <= {f.name for f in run.files} and run.cracks() is None
+    again = ab.open_run(tmp_path / "wave")
+    assert again.to_dict() == json.loads((tmp_path / "wave/summary.json").read_text())
+    np.testing.assert_array_equal(again.probes()["time_s"], probes["time_s"])
+    with pytest.raises(ab.Error, match="already has results"):
+        ab.run(wave, tmp_path / "wave")
+
+
+def test_an_interrupted_run_goes_on(tmp_path):
+    def interrupt(done, total, message):
+        if done < total:
+            raise KeyboardInterrupt
+
+    # Slower than the 50 ms between words of progress.
+    case = ab.Case(repository_wave(), set={"body.box.max": "400, 8, 8 mm", "output.frames": 2})
+    with pytest.raises(ab.Interrupted, match="is done and kept"):
+        ab.run(case, tmp_path / "slow", progress=interrupt)
+    run = ab.run(case, tmp_path / "slow", resume=True)
+    assert run.probes()["time_s"][-1] == pytest.approx(60e-6, rel=2e-2)
+
+
+def repository_wave():
+    """The shipped case."""
+    from conftest import REPOSITORY
+
+    return REPOSITORY / "cases/wave.toml"
+
+
+def test_ctrl_c_keeps_a_checkpoint_and_resuming_makes_the_same_probes(tmp_path):
+    program = (
+        "import sys, anisobond as ab\n"
+        f"case = ab.Case({str(repository_wave())!r}, set={{'body.box.max': '400, 6, 6 mm', 'motion.duration': '60 us', 'output.frames': 0}})\n"
+        "ab.run(case, sys.argv[1], resume=len(sys.argv) > 2, progress=lambda *b: print('beat', flush=True))\n"
+    )
+    words = [sys.executable, "-c", program]
+    child = subprocess.Popen([*words, str(tmp_path / "a")], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert child.stdout.readline().strip() == "beat"
+    child.send_signal(signal.SIGINT)
+    _, said = child.communicate(timeout=60)
+    assert child.returncode != 0 and "Interrupted: interrupted: step" in said, said
+    subprocess.run([*words, str(tmp_path / "a"), "resume"], check=True, capture_output=True)
+    subprocess.run([*words, str(tmp_path / "b")], check=True, capture_output=True)
+    assert (tmp_path / "a/probes.csv").read_bytes() == (tmp_path / "b/probes.csv").read_bytes()
+
+
+def test_ctrl_c_ends_work_that_cannot_be_stopped_at_once(tmp_path):
+    program = (
+        "import anisobond as ab, os\n"
+        "p = ab.Packing.crystal('fcc', radius='1 mm', cells=(22, 22, 22), perturb=0.1)\n"
+        "print('go', flush=True)\n"
+        "try:\n"
+        "    ab.element_test(p, 'Pyroceram', contact_radius=1.6, correct=True)\n"
+        "except KeyboardInterrupt:\n"
+        "    print('stopped', flush=True)\n"
+        "    os._exit(7)\n"
+    )
+    child = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
+    assert child.stdout.readline().strip() == "go"
+    time.sleep(0.3)
+    child.send_signal(signal.SIGINT)
+    said, _ = child.communicate(timeout=20)
+    assert said.strip() == "stopped" and child.returncode == 7
+
+
+def test_the_lock_is_released_while_work_lasts(packing):
+    import threading
+
+    count, done = 0, False
+
+    def tick():
+        nonlocal count
+        while not done:
+            count += 1
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    begun = time.monotonic()
+    while time.monotonic() - begun < 0.5:
+        ab.element_test(packing, "Pyroceram", contact_radius=1.6)
+    done = True
+    thread.join()
+    assert count > 50
+
+
+def command(*words, **more):
+    """The installed command, or the module where it is not on the path."""
+    program = os.path.join(os.path.dirname(sys.executable), "anisobond")
+    return subprocess.run([program, *words], capture_output=True, text=True, **more)
+
+
+def test_the_command_is_installed():
+    assert "anisobond" in command("--version").stdout
+    assert command("calibrate", "Si", "--require-exact").returncode == 3
+    wrong = command("tensor", "KIO4")
+    assert wrong.returncode == 2
+    with pytest.raises(ab.Error) as caught:
+        ab.Stiffness("KIO4")
+    assert wrong.stderr.strip() == f"anisobond: {caught.value}"
+
+
+def test_ctrl_c_of_the_command(tmp_path):
+    program = os.path.join(os.path.dirname(sys.executable), "anisobond")
+    sets = ["--set", "body.box.max=400, 8, 8 mm", "--set", "motion.duration=1 ms"]
+    words = [program, "run", str(repository_wave()), *sets, "-o", str(tmp_path / "w")]
+    child = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    for _ in range(200):
+        time.sleep(0.05)
+        if (tmp_path / "w/probes.csv").exists():
+            break
+    time.sleep(0.3)
+    child.send_signal(signal.SIGINT)
+    _, said = child.communicate(timeout=60)
+    assert child.returncode == 130 and "interrupted: step" in said
+
+
+@pytest.mark.parametrize(
+    ("make", "fragments"),
+    [
+        (lambda: ab.Case("/nowhere.toml"), ["/nowhere.toml"]),
+        (lambda: ab.Case("nam = 1\n"), ["case.toml", "name"]),
+        (lambda: ab.Case(repository_wave(), set={"grid.spacin": 1}), ["spacing"]),
+        (lambda: ab.run(repository_wave(), "/tmp/never", resume=True), ["no checkpoint"]),
+        (lambda: ab.open_run("/nowhere"), ["/nowhere"]),
+        (lambda: ab.verify("prakas"), ["prakash"]),
+        (lambda: ab.run(repository_wave(), "/tmp/never", progress=3), ["progress"]),
+    ],
+)
+def test_wrong_input_says_what_to_do(make, fragments):
+    with pytest.raises(ab.Error) as caught:
+        make()
+    assert all(f in str(caught.value) for f in fragments), caught.value
+
+
+def test_files_are_files_errors_too():
+    with pytest.raises(OSError):
+        ab.open_run("/nowhere")
+    assert issubclass(ab.Interrupted, KeyboardInterrupt) and not issubclass(ab.Interrupted, Exception)
