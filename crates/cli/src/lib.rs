@@ -9,6 +9,8 @@ mod calibrate;
 mod calibration_text;
 mod case;
 mod cavity;
+#[cfg(test)]
+mod documented;
 mod export;
 mod folder;
 mod grid_test;
