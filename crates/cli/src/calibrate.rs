@@ -9,7 +9,7 @@ use anisobond::tensor::Material;
 use anisobond::{Error, Result};
 
 use crate::args::{FormName, ModelName, PromiseName};
-use crate::{Ending, args, calibration_text, folder, table, text};
+use crate::{Ending, args, calibration_text, folder, report, table, text};
 
 pub fn run(args: &args::Calibrate) -> Result<Ending> {
     let settings = settings(args)?;
@@ -27,24 +27,23 @@ pub fn run(args: &args::Calibrate) -> Result<Ending> {
         return Err(Error::input(format!("--jsonl, but {} is one material", args.material), "use --json"));
     }
     let material = io::find_material(&args.material, args.table.row.as_deref(), args.table.unit.as_deref())?;
-    let neighbourhood = neighbourhood(&args.neighbourhood)?;
-    let calibrator = ModelCalibrator::new(&neighbourhood, settings)?;
-    let r = calibrator.calibrate(&material.stiffness)?;
-    let report = ModelReport::new(&material, &NeighbourhoodReport::new(&calibrator), &r);
+    let done = Calibrated::new(args, material)?;
+    let report = &done.report;
     if let Some(folder) = &args.output {
-        write_folder(folder, &material, &neighbourhood, &r, &report, views)?;
+        folder::write(folder, &done.files(views, folder)?)?;
+        report::beside(args.report, folder)?;
     }
     if args.json {
-        text::print_json(&report)?;
+        text::print_json(report)?;
     } else {
-        text::print(&calibration_text::describe(&report))?;
+        text::print(&calibration_text::describe(report))?;
     }
-    let promised = r.promised_error();
+    let promised = done.result.promised_error();
     Ok(match args.require_exact {
         Some(error) if promised.is_nan() || promised > error => {
             eprintln!(
                 "anisobond: the {} model promises the target to {} %, not to the required {} %",
-                r.model().name(),
+                done.result.model().name(),
                 text::number(100.0 * promised),
                 text::number(100.0 * error)
             );
@@ -93,8 +92,8 @@ fn lower_bound(text: &str) -> Result<LowerBound> {
     }
 }
 
-/// The neighbourhood that the flags describe.
-pub fn neighbourhood(args: &args::NeighbourhoodArgs) -> Result<Neighbourhood> {
+/// Shape, horizon (spacings) and spacing (m) that the flags describe.
+pub fn shape_and_horizon(args: &args::NeighbourhoodArgs) -> Result<(Shape, f64, f64)> {
     let (spacing, _) = text::length(&args.spacing, "--spacing")?;
     let semi_axes =
         args.semi_axes.as_deref().map(|a| text::vector(a, "--semi-axes").map(|v| [v.x, v.y, v.z])).transpose()?;
@@ -118,6 +117,12 @@ pub fn neighbourhood(args: &args::NeighbourhoodArgs) -> Result<Neighbourhood> {
         args::ShapeName::Cube => Shape::Cube { semi_edge: horizon },
         args::ShapeName::Sphere => Shape::Sphere { radius: horizon },
     };
+    Ok((shape, horizon, spacing))
+}
+
+/// The neighbourhood that the flags describe.
+pub fn neighbourhood(args: &args::NeighbourhoodArgs) -> Result<Neighbourhood> {
+    let (shape, horizon, spacing) = shape_and_horizon(args)?;
     let mut neighbourhood = Neighbourhood::new(shape, horizon, spacing, influence(&args.influence)?)?;
     for rotation in &args.rotate {
         let q = parse_orientation(rotation).map_err(|e| e.at("--rotate"))?;
@@ -155,38 +160,55 @@ fn views(cuts: &[String]) -> Result<Option<Vec<picture::View>>> {
     Ok(Some(views))
 }
 
-/// Everything is made in memory before the first file is written.
-fn write_folder(
-    folder: &Path,
-    material: &Material,
-    neighbourhood: &Neighbourhood,
-    r: &ModelCalibration,
-    report: &ModelReport,
-    views: Option<Vec<picture::View>>,
-) -> Result<()> {
-    let moduli = BondModuli::of(r);
-    let mut options = picture::NeighbourhoodPicture::of(&material.name);
-    if let Some(views) = views {
-        options.views = views;
+/// One material, calibrated.
+pub struct Calibrated {
+    pub material: Material,
+    pub neighbourhood: Neighbourhood,
+    pub result: ModelCalibration,
+    pub report: ModelReport,
+}
+
+impl Calibrated {
+    /// Calibrate a material as the flags say.
+    pub fn new(args: &args::Calibrate, material: Material) -> Result<Self> {
+        let neighbourhood = neighbourhood(&args.neighbourhood)?;
+        let calibrator = ModelCalibrator::new(&neighbourhood, settings(args)?)?;
+        let result = calibrator.calibrate(&material.stiffness)?;
+        let report = ModelReport::new(&material, &NeighbourhoodReport::new(&calibrator), &result);
+        Ok(Calibrated { material, neighbourhood, result, report })
     }
-    let mut files: Vec<(&str, Vec<u8>)> = vec![
-        ("calibration.json", folder::json(report, folder)?),
-        ("bonds.csv", io::bonds_csv(neighbourhood, &moduli, &material.name)?.into_bytes()),
-        ("neighbourhood.vtp", io::neighbourhood_vtp(neighbourhood, &moduli)?.into_bytes()),
-    ];
-    if moduli.tangential.is_some() {
-        options.quantity = "normal micromodulus c_n".into();
+
+    /// The bonds as a table.
+    pub fn bonds(&self) -> Result<String> {
+        io::bonds_csv(&self.neighbourhood, &BondModuli::of(&self.result), &self.material.name)
     }
-    let scene = picture::neighbourhood_scene(neighbourhood, moduli.normal, &options)?;
-    files.push(("neighbourhood.svg", scene.svg().into_bytes()));
-    files.push(("neighbourhood.png", scene.png(PICTURE_WIDTH)?));
-    if let Some(tangential) = moduli.tangential {
-        options.quantity = "tangential micromodulus c_t".into();
-        let scene = picture::neighbourhood_scene(neighbourhood, tangential, &options)?;
-        files.push(("neighbourhood-tangential.svg", scene.svg().into_bytes()));
-        files.push(("neighbourhood-tangential.png", scene.png(PICTURE_WIDTH)?));
+
+    /// The files of a folder, made in memory.
+    pub fn files(&self, views: Option<Vec<picture::View>>, folder: &Path) -> Result<Vec<(&'static str, Vec<u8>)>> {
+        let (neighbourhood, moduli) = (&self.neighbourhood, BondModuli::of(&self.result));
+        let mut options = picture::NeighbourhoodPicture::of(&self.material.name);
+        if let Some(views) = views {
+            options.views = views;
+        }
+        let mut files: Vec<(&str, Vec<u8>)> = vec![
+            ("calibration.json", folder::json(&self.report, folder)?),
+            ("bonds.csv", self.bonds()?.into_bytes()),
+            ("neighbourhood.vtp", io::neighbourhood_vtp(neighbourhood, &moduli)?.into_bytes()),
+        ];
+        if moduli.tangential.is_some() {
+            options.quantity = "normal micromodulus c_n".into();
+        }
+        let scene = picture::neighbourhood_scene(neighbourhood, moduli.normal, &options)?;
+        files.push(("neighbourhood.svg", scene.svg().into_bytes()));
+        files.push(("neighbourhood.png", scene.png(PICTURE_WIDTH)?));
+        if let Some(tangential) = moduli.tangential {
+            options.quantity = "tangential micromodulus c_t".into();
+            let scene = picture::neighbourhood_scene(neighbourhood, tangential, &options)?;
+            files.push(("neighbourhood-tangential.svg", scene.svg().into_bytes()));
+            files.push(("neighbourhood-tangential.png", scene.png(PICTURE_WIDTH)?));
+        }
+        Ok(files)
     }
-    folder::write(folder, &files)
 }
 
 /// Width of the PNG picture (pixels).

@@ -15,7 +15,7 @@ use anisobond::io::{self, ElementTestReport, LatticeReport, picture};
 use anisobond::tensor::{Material, Stiffness};
 use nalgebra::{Matrix6, Vector3};
 
-use crate::{Ending, args, folder, grid_test, text};
+use crate::{Ending, args, folder, grid_test, report, text};
 
 pub fn run(args: &args::Lattice) -> Result<Ending> {
     let (material, study) = study(&args.packing, &args.material, &args.bonds, Rotations::Free)?;
@@ -40,6 +40,7 @@ pub fn run(args: &args::Lattice) -> Result<Ending> {
                 ("bonds.png", bonds.png(PICTURE_WIDTH)?),
             ],
         )?;
+        report::beside(args.report, folder)?;
     }
     if args.json {
         text::print_json(&report)?;
@@ -76,6 +77,7 @@ pub fn test(args: &args::ElementTest) -> Result<Ending> {
             files.push(("bonds.csv", bonds.into_bytes()));
         }
         folder::write(folder, &files)?;
+        report::beside(args.report, folder)?;
     }
     if args.json {
         text::print_json(&report)?;

@@ -7,7 +7,7 @@ use anisobond::io::run::{
 use anisobond::io::{CaseFile, LatticeKind};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::{Ending, args, interrupt, text};
+use crate::{Ending, args, interrupt, report, text};
 
 pub fn run(args: &args::Run) -> Result<Ending> {
     let case = CaseFile::read(&args.case.case, &args.case.set)?;
@@ -26,6 +26,7 @@ pub fn run(args: &args::Run) -> Result<Ending> {
     for warning in &summary.warnings {
         eprintln!("warning: {warning}");
     }
+    report::beside(args.report, &folder)?;
     if args.json {
         text::print_json(&summary)?;
     } else {

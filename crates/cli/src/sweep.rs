@@ -8,7 +8,7 @@ use anisobond::{Error, Result};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
-use crate::{Ending, args, interrupt, text};
+use crate::{Ending, args, interrupt, report, text};
 
 pub fn run(args: &args::Sweep) -> Result<Ending> {
     let results = args.output.join("results.sqlite");
@@ -71,6 +71,7 @@ fn finish(args: &args::Sweep, store: &Store, failed: &[(String, String)], of_sha
         wrote.extend(["stiffness.svg", "stiffness.png", "stiffness.csv"].map(String::from));
     }
     eprintln!("wrote {} in {}", wrote.join(", "), args.output.display());
+    report::beside(args.report, &args.output)?;
     if args.json {
         let records = store.records()?;
         let jobs: Vec<_> = records
