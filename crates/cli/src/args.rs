@@ -488,6 +488,13 @@ pub enum EngineName {
     Abaqus,
     /// Springs
     Calculix,
+    /// Spheres, bonds and a script
+    Yade,
+    /// Refused: its bonds have one constant
+    Peridigm,
+    /// Refused: its bonds have one constant
+    #[value(name = "perilab")]
+    PeriLab,
     /// The linear system of the element test, and Python that solves it
     MatrixMarket,
     /// Arrays of nodes and bonds

@@ -65,12 +65,15 @@ function show(page) {
   document.getElementById("kind").textContent = data.kind;
   document.getElementById("main").replaceChildren();
   document.getElementById("contents").replaceChildren();
+  const pictures = () => { surfaces(); scene(); };
+  // Beside a form the pictures are what is looked at.
+  const first = document.body.classList.contains("studio");
+  if (first) pictures();
   const facts = data.facts.map(([title, facts]) => make("div", {}, make("h3", {}, title), factTable(facts)));
   const warnings = data.warnings.map((w) => make("p", { class: "warning" }, w));
   if (facts.length || warnings.length) section("facts", "What was asked, what was reached", ...warnings, make("div", { class: "facts" }, facts));
   tensors();
-  surfaces();
-  scene();
+  if (!first) pictures();
   waves();
   if (data.charts.length) section("charts", data.charts_title, make("div", { class: "row" }, drawnCharts(data.charts)));
   if (data.cracks.length) section("cracks", "Cracks", make("div", { class: "row" }, drawnCharts(data.cracks)));

@@ -62,7 +62,7 @@ function heatMap(name, voigt, largest, [size, unit]) {
     for (let b = 0; b < 6; b++) {
       const x = 30 + b * cell, y = 20 + a * cell, value = voigt[a][b];
       svg.append(make("rect", { x, y, width: cell - 2, height: cell - 2, fill: diverging(value / largest), class: "axis" }));
-      svg.append(make("text", { x: x + cell / 2 - 1, y: y + cell / 2 + 4, "text-anchor": "middle" }, Math.abs(value) < 1e-9 * largest ? "0" : String(Number((value / size).toPrecision(4)))));
+      svg.append(make("text", { x: x + cell / 2 - 1, y: y + cell / 2 + 4, "text-anchor": "middle", class: Math.abs(value) > 0.55 * largest ? "on-colour" : "" }, Math.abs(value) < 1e-9 * largest ? "0" : String(Number((value / size).toPrecision(4)))));
     }
   }
   return make("figure", {}, svg, make("figcaption", {}, `${name} (${unit}, Voigt)`));
@@ -103,10 +103,10 @@ function waves() {
   const figures = planes.map(([p, q], n) => {
     const svg = make("svg", { viewBox: "-130 -130 260 260", role: "img", "aria-label": `Wave speeds in the ${p}${q} plane` });
     for (const share of [0.5, 1]) {
-      svg.append(make("circle", { cx: 0, cy: 0, r: 110 * share, class: "axis" }), make("text", { x: 3, y: -110 * share + 10, class: "quiet" }, shown(share * largest)));
+      svg.append(make("circle", { cx: 0, cy: 0, r: 110 * share, class: "axis" }), make("text", { x: 3, y: -110 * share + 9, class: "quiet small" }, shown(Number((share * largest).toPrecision(3)))));
     }
     svg.append(make("line", { x1: -118, x2: 118, y1: 0, y2: 0, class: "axis" }), make("line", { x1: 0, x2: 0, y1: -118, y2: 118, class: "axis" }));
-    svg.append(make("text", { x: 120, y: 4 }, p), make("text", { x: -3, y: -120 }, q));
+    svg.append(make("text", { x: 120, y: 3, class: "small" }, p), make("text", { x: -2, y: -121, class: "small" }, q));
     curves[n].forEach((rows, t) => {
       for (let branch = 0; branch < 3; branch++) {
         const points = rows.map(([angle, v]) => `${((110 * v[branch] * Math.cos(angle)) / largest).toFixed(2)},${((-110 * v[branch] * Math.sin(angle)) / largest).toFixed(2)}`).join(" ");
@@ -149,7 +149,8 @@ function surfaces() {
     const out = [layer(gl, data.tensors[last].name, SURFACE, attributes, [new Float32Array(value)], gl.TRIANGLES)];
     if (last > 0) {
       const target = grid(compliances[0]), lines = [], of = [];
-      const push = (p) => { lines.push(...p[0].map((x) => x / size)); of.push(p[1] / size); };
+      // A little outside, so that equal surfaces do not hide them.
+      const push = (p) => { lines.push(...p[0].map((x) => (1.003 * x) / size)); of.push(p[1] / size); };
       for (let i = 0; i <= R; i += 6) for (let j = 0; j < C; j++) { push(target[i * (C + 1) + j]); push(target[i * (C + 1) + j + 1]); }
       for (let j = 0; j < C; j += 12) for (let i = 0; i < R; i++) { push(target[i * (C + 1) + j]); push(target[(i + 1) * (C + 1) + j]); }
       out.push(layer(gl, `${data.tensors[0].name} (lines)`, LINES, { place: [new Float32Array(lines), 3] }, [new Float32Array(of)], gl.LINES));

@@ -150,8 +150,10 @@ function newPicture(smooth) {
     for (const d of drawn) if (d.visible) d.draw(view, project, cut, ranges[quantity], s, moving ? share : 1);
     canvas.dataset.frames = String(Number(canvas.dataset.frames || 0) + 1);
   }
-  const redraw = () => { if (!asked) { asked = true; requestAnimationFrame(() => { asked = false; draw(); }); } };
-  const move = () => { moving = share < 1; clearTimeout(rest); if (moving) rest = setTimeout(() => { moving = false; redraw(); }, 600); redraw(); };
+  // The pause before all is drawn begins when a frame is done, however long it took.
+  const settle = () => { clearTimeout(rest); if (moving) rest = setTimeout(() => { moving = false; redraw(); }, 600); };
+  const redraw = () => { if (!asked) { asked = true; requestAnimationFrame(() => { asked = false; draw(); settle(); }); } };
+  const move = () => { moving = share < 1; clearTimeout(rest); redraw(); };
   const tilt = (pitch) => { state.pitch = Math.max(-1.57, Math.min(1.57, pitch)); };
   const zoom = (factor) => { state.zoom = Math.max(0.2, Math.min(40, state.zoom * factor)); };
   canvas.addEventListener("pointerdown", (e) => { held = [e.clientX, e.clientY]; canvas.setPointerCapture(e.pointerId); });
@@ -253,7 +255,10 @@ function scene() {
   const [lines, ...ofLines] = shuffled(all[0][1].length, floats(s.lines), ...all.map((q) => q[1]));
   const low = [Infinity, Infinity, Infinity], high = low.map((x) => -x);
   for (let i = 0; i < spheres.length; i += 4) for (let a = 0; a < 3; a++) { low[a] = Math.min(low[a], spheres[i + a] - spheres[i + 3]); high[a] = Math.max(high[a], spheres[i + a] + spheres[i + 3]); }
-  const centre = low.map((x, a) => 0.5 * (x + high[a])), radius = 0.5 * Math.hypot(...low.map((x, a) => high[a] - x)) || 1;
+  const centre = low.map((x, a) => 0.5 * (x + high[a])), away = (i) => Math.hypot(...centre.map((x, a) => spheres[i + a] - x)) + spheres[i + 3];
+  let radius = 0;
+  for (let i = 0; i < spheres.length; i += 4) radius = Math.max(radius, away(i));
+  radius ||= 1;
   const layers = (gl) => {
     const nodes = layer(gl, "nodes", SPHERES, { sphere: [spheres, 4] }, values, 0, true);
     if (!ofLines[0].length) return [nodes];
