@@ -25,7 +25,7 @@ use self::worker::Worker;
 use crate::{Ending, args, folder, text};
 
 /// Answers whose files can still be taken.
-const KEPT: usize = 4;
+const MOST_KEPT: usize = 4;
 
 /// What a browser lets the page do: its own scripts and styles, and questions to this server.
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; \
@@ -85,8 +85,14 @@ struct Studio {
     folder: Option<PathBuf>,
     page: String,
     worker: Arc<Worker<Question, Result<Answer>>>,
-    /// The last answers, with their numbers.
-    kept: Mutex<(u64, VecDeque<(u64, Arc<Answer>)>)>,
+    kept: Mutex<Kept>,
+}
+
+/// The last answers, with their numbers.
+#[derive(Default)]
+struct Kept {
+    count: u64,
+    answers: VecDeque<(u64, Arc<Answer>)>,
 }
 
 #[derive(Deserialize)]
@@ -112,7 +118,7 @@ impl Studio {
             page: studio_page(&start),
             worker: Worker::start(|question: Question| question.answer())
                 .map_err(|e| Error::file("start", "a thread", e))?,
-            kept: Mutex::new((0, VecDeque::new())),
+            kept: Mutex::default(),
         })
     }
 
@@ -158,11 +164,11 @@ impl Studio {
             Some(Ok(answer)) => Arc::new(answer),
         };
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        kept.0 += 1;
-        let id = kept.0;
-        kept.1.push_back((id, Arc::clone(&answer)));
-        if kept.1.len() > KEPT {
-            kept.1.pop_front();
+        kept.count += 1;
+        let id = kept.count;
+        kept.answers.push_back((id, Arc::clone(&answer)));
+        if kept.answers.len() > MOST_KEPT {
+            kept.answers.pop_front();
         }
         drop(kept);
         answer.json(id)
@@ -170,7 +176,7 @@ impl Studio {
 
     fn answer(&self, id: u64) -> Option<Arc<Answer>> {
         let kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        kept.1.iter().find(|(own, _)| *own == id).map(|(_, answer)| Arc::clone(answer))
+        kept.answers.iter().find(|(own, _)| *own == id).map(|(_, answer)| Arc::clone(answer))
     }
 
     fn file(&self, id: &str, name: &str) -> Response {

@@ -159,9 +159,12 @@ fn varies(table: &Columns, column: usize) -> bool {
     values.len() > 1 && values.iter().any(|v| (v - values[0]).abs() > 1e-12 * values[0].abs())
 }
 
+/// Values of parameters in words, and the rows that have them.
+type Group = (String, Vec<usize>);
+
 /// The parameter over which to draw, and the rows of each combination of the others. A job's title names the parameters
 /// that vary: "contact_radius=1.4, model=central".
-fn parameters(results: &Columns) -> Option<(usize, Vec<(String, Vec<usize>)>)> {
+fn parameters(results: &Columns) -> Option<(usize, Vec<Group>)> {
     let title = results.column("title")?;
     let words = |row: usize| -> Vec<(String, String)> {
         let text = results.rows[row].get(title).and_then(Value::as_str).unwrap_or_default();
@@ -172,7 +175,7 @@ fn parameters(results: &Columns) -> Option<(usize, Vec<(String, Vec<usize>)>)> {
         if results.rows.is_empty() { Vec::new() } else { words(0).into_iter().map(|(name, _)| name).collect() };
     let (x, name) =
         names.iter().find_map(|name| Some((results.column(name).filter(|&c| varies(results, c))?, name)))?;
-    let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
+    let mut groups: Vec<Group> = Vec::new();
     for row in 0..results.rows.len() {
         let others: Vec<String> =
             words(row).into_iter().filter(|(n, _)| n != name).map(|(n, v)| format!("{n} {v}")).collect();
