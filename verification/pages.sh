@@ -1,17 +1,21 @@
 #!/usr/bin/env bash
 # Pages of results in a real browser: they draw, turn, cut and zoom by keys, in light and dark, fetch nothing and print
-# nothing on the console. Needs Chromium and Python 3 with venv; about a minute.
+# nothing on the console; and the studio, its form filled in as a person does. Needs Chromium and Python 3 with venv; about a minute.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 work=${1:-target/pages}
 rm -rf "$work"/results
 mkdir -p "$work"/results
-if [ ! -x "$work/venv/bin/python" ]; then
+python=${PAGES_PYTHON:-$work/venv/bin/python}
+if [ ! -x "$python" ]; then
     python3 -m venv "$work/venv"
     "$work/venv/bin/pip" install --quiet websocket-client
 fi
-cargo build --release --quiet -p anisobond-cli
-anisobond() { target/release/anisobond "$@" > "$work/log"; }
+if [ -z "${ANISOBOND:-}" ]; then
+    cargo build --release --quiet -p anisobond-cli
+    ANISOBOND=target/release/anisobond
+fi
+anisobond() { "$ANISOBOND" "$@" > "$work/log" 2>&1 || { cat "$work/log"; false; }; }
 results=$work/results
 anisobond calibrate KIO3 --horizon 6 -o "$results/calibration"
 anisobond pack --number 100000 --porosity 0.45 --seed 1 -o "$results/packing.csv"
@@ -24,4 +28,8 @@ for kind in calibration lattice element-test run; do
     anisobond report "$results/$kind" -o "$results/$kind.html"
     pages+=("$results/$kind.html")
 done
-"$work/venv/bin/python" verification/pages/drive.py "${pages[@]}" --pictures "$work/pictures"
+"$ANISOBOND" studio -o "$results/studio" > "$work/url" 2> "$work/log" &
+studio=$!
+trap 'kill $studio 2> /dev/null || true' EXIT
+for _ in $(seq 100); do [ -s "$work/url" ] && break; sleep 0.1; done
+"$python" verification/pages/drive.py "${pages[@]}" --pictures "$work/pictures" --studio "$(cat "$work/url")"

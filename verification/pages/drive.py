@@ -1,6 +1,7 @@
 """Open pages in headless Chromium: no error on the console, pictures draw and turn, keys work, light and dark.
 
-python drive.py PAGE.html … [--pictures FOLDER]; needs Chromium and the package websocket-client.
+python drive.py PAGE.html … [--pictures FOLDER] [--studio URL]; needs Chromium and the package websocket-client. With a studio its
+form is filled in as a person does: pictures change, a wrong tensor keeps the last picture, files come down.
 """
 
 import base64
@@ -33,7 +34,7 @@ class Browser:
         number = open(port).read().split()[0]
         pages = json.load(urllib.request.urlopen(f"http://127.0.0.1:{number}/json"))
         address = next(p for p in pages if p["type"] == "page")["webSocketDebuggerUrl"]
-        self.socket, self.count, self.errors = websocket.create_connection(address, timeout=120), 0, []
+        self.socket, self.count, self.errors = websocket.create_connection(address, timeout=300), 0, []
         for domain in ["Page", "Runtime", "Log"]:
             self.call(f"{domain}.enable")
 
@@ -88,6 +89,77 @@ TURN = """(async () => {
   return JSON.stringify(results);
 })()"""
 
+STUDIO = """(async () => {
+  const wait = async (what, done) => { for (let i = 0; i < 600; i++) { if (done()) return; await new Promise((r) => setTimeout(r, 50)); } throw new Error(`never: ${what}`); };
+  const at = (id) => document.getElementById(id), out = {};
+  const type = (id, value) => { at(id).focus(); at(id).value = value; at(id).dispatchEvent(new Event("input", { bubbles: true })); };
+  const answered = async (change) => { const before = document.body.dataset.answered; change(); await wait("an answer", () => document.body.dataset.answered !== before); };
+  const frame = () => new Promise((r) => requestAnimationFrame(() => requestAnimationFrame(r)));
+  const seen = async () => { await frame(); const canvas = document.querySelector("#scene canvas"), gl = canvas.getContext("webgl2"), p = new Uint8Array(4 * canvas.width * canvas.height);
+    gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, p); return p.reduce((a, x, i) => (a * 31 + x * (i % 97 + 1)) >>> 0, 7); };
+  const title = () => at("title").textContent, error = () => at("scene").querySelector("figcaption").textContent;
+  await wait("the first answer", () => document.body.dataset.answered);
+  out.first = title(); const first = await seen();
+  await answered(() => { type("kind-of-tensor", "matrix"); type("name", "typed"); type("matrix", "49 13 13 0 0 0\\n13 49 13 0 0 0\\n13 13 49 0 0 0\\n0 0 0 13 0 0\\n0 0 0 0 13 0\\n0 0 0 0 0 13"); });
+  out.matrix = title(); const cubic = await seen(); out.changed = cubic !== first;
+  await answered(() => type("matrix", "49 13 13 0 0 0\\n13 49 13 0 0 0\\n13 13 4x 0 0 0\\n0 0 0 13 0 0\\n0 0 0 0 13 0\\n0 0 0 0 0 13"));
+  out.wrong = at("wrong").hidden ? "" : at("wrong").textContent; out.kept = title() === "typed" && (await seen()) === cubic;
+  await answered(() => { type("kind-of-tensor", "components"); type("class", "cubic"); for (const [n, v] of [["c11", "49"], ["c12", "13"], ["c44", "13"]]) { const input = document.querySelector(`#constants [aria-label=${n}]`); input.value = v; input.dispatchEvent(new Event("input", { bubbles: true })); } });
+  out.components = at("wrong").hidden; out.same = (await seen()) === cubic;
+  await answered(() => { type("kind-of-tensor", "engineering"); type("class", "isotropic"); for (const [n, v] of [["e", "70"], ["nu", "0.25"]]) { const input = document.querySelector(`#constants [aria-label=${n}]`); input.value = v; input.dispatchEvent(new Event("input", { bubbles: true })); } });
+  out.engineering = at("wrong").hidden;
+  await answered(() => { type("kind-of-tensor", "text"); });
+  out.text = at("text").value.includes("[engineering]") && at("wrong").hidden;
+  await answered(() => { type("model", "hybrid"); type("horizon", "3"); });
+  out.command = at("command").textContent;
+  // Many keys in a row: the last one is what stands there in the end.
+  await answered(() => { type("kind-of-tensor", "name"); for (const name of ["K", "KI", "KIO", "KIO3", "Te2", "Te2W"]) type("builtin", name); });
+  await wait("the last of many", () => title() === "Te2W");
+  out.last = title(); out.state = at("state").textContent;
+  out.files = []; for (const a of document.querySelectorAll("#files a")) { const r = await fetch(a.href); out.files.push([a.textContent, r.status, (await r.blob()).size]); }
+  out.canvases = document.querySelectorAll("canvas").length;
+  at("save").click(); await wait("saved", () => at("saved").textContent.startsWith("saved in"));
+  out.saved = at("saved").textContent;
+  out.named = [...document.querySelectorAll("form :is(input,select,textarea)")].every((e) => e.labels?.length || e.getAttribute("aria-label"));
+  return JSON.stringify(out);
+})()"""
+
+
+def studio(browser, url, pictures):
+    """Fills in the form; the number of things that are wrong."""
+    browser.errors.clear()
+    browser.call("Page.navigate", url=url)
+    time.sleep(1)
+    answer = browser.run(STUDIO)
+    out = json.loads(answer) if answer else {}
+    bad = 0
+    for name, fine in {
+        "a built-in material is shown": out.get("first") == "KIO3",
+        "a typed matrix is calibrated": out.get("matrix") == "typed",
+        "its picture is another": out.get("changed"),
+        "a wrong number is said": "row 3 column 3" in out.get("wrong", ""),
+        "and the last picture stays": out.get("kept"),
+        "components of a class": out.get("components"),
+        "are the same tensor": out.get("same"),
+        "engineering constants": out.get("engineering"),
+        "become the text of a file": out.get("text"),
+        "the command is told": "--model hybrid" in out.get("command", "") and "--horizon 3" in out.get("command", ""),
+        "of many keys the last counts": out.get("last") == "Te2W",
+        "files come down": len(out.get("files", [])) >= 8 and all(f[1] == 200 and f[2] > 0 for f in out["files"]),
+        "old pictures are not left": out.get("canvases") == 2,
+        "all is saved": "Te2W-hybrid" in out.get("saved", ""),
+        "every field has a name": out.get("named"),
+        "no error on the console": not browser.errors,
+    }.items():
+        bad += not fine
+        print(f"  {'ok ' if fine else 'BAD'} {name}")
+    if bad:
+        print(out, browser.errors)
+    if pictures:
+        browser.picture(os.path.join(pictures, "studio.png"))
+    return bad
+
+
 arguments = sys.argv[1:]
 pictures = None
 if "--pictures" in arguments:
@@ -95,13 +167,23 @@ if "--pictures" in arguments:
     pictures = arguments[at + 1]
     os.makedirs(pictures, exist_ok=True)
     del arguments[at : at + 2]
+address = None
+if "--studio" in arguments:
+    at = arguments.index("--studio")
+    address = arguments[at + 1]
+    del arguments[at : at + 2]
 browser, bad = Browser(), 0
 for page in arguments:
     browser.errors.clear()
     browser.call("Page.navigate", url="file://" + os.path.abspath(page))
-    time.sleep(1.5)
+    for _ in range(100):
+        if browser.run("document.readyState === 'complete' && document.querySelectorAll('section').length"):
+            break
+        time.sleep(0.1)
+    time.sleep(0.5)
     sections = json.loads(browser.run("JSON.stringify([...document.querySelectorAll('section > h2')].map((h) => h.textContent))"))
     print(f"{page}: {len(sections)} sections: {', '.join(sections)}")
+    bad += not sections
     for r in json.loads(browser.run(TURN)):
         fine = r["focused"] and min(r["drawn"], r["turned"], r["zoomed"]) > 100 and r["cut"] > 0
         bad += not fine
@@ -118,5 +200,8 @@ for page in arguments:
         name = os.path.splitext(os.path.basename(page))[0]
         browser.run("window.scrollTo(0, 0)")
         browser.picture(os.path.join(pictures, f"{name}-dark.png"))
+if address:
+    print(address.rsplit("/", 2)[0] + "/…: the studio")
+    bad += studio(browser, address, pictures)
 browser.close()
 sys.exit(1 if bad else 0)

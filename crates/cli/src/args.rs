@@ -29,6 +29,7 @@ pub enum Command {
     New(New),
     Export(Export),
     Report(Report),
+    Studio(Studio),
     Verify(Verify),
     Materials(Materials),
     Completions(Completions),
@@ -105,6 +106,9 @@ pub struct Calibrate {
     /// Folder for the results: bonds, report, VTK file and pictures; of a table, one CSV
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
+    /// Also write DIR/report.html, one page of all of it (see `anisobond report`)
+    #[arg(long, requires = "output")]
+    pub report: bool,
     /// Normal x,y,z of a cut in the picture (repeatable) [default: 0,-1,0 and 0,0,1]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub cut: Vec<String>,
@@ -323,6 +327,9 @@ pub struct Lattice {
     /// Folder for bonds (CSV), report and pictures
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
+    /// Also write DIR/report.html, one page of all of it (see `anisobond report`)
+    #[arg(long, requires = "output")]
+    pub report: bool,
     /// Print one JSON document
     #[arg(long)]
     pub json: bool,
@@ -371,6 +378,9 @@ pub struct ElementTest {
     /// Folder for report, pictures and, of corrected or grid bonds, their table
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
+    /// Also write DIR/report.html, one page of all of it (see `anisobond report`)
+    #[arg(long, requires = "output")]
+    pub report: bool,
     /// Print one JSON document
     #[arg(long)]
     pub json: bool,
@@ -450,6 +460,26 @@ pub struct Report {
     pub output: Option<PathBuf>,
 }
 
+/// Open a form in the browser: type a tensor, see calibration, evidence and picture change, take the bonds away
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  anisobond studio --open
+  anisobond studio -o mine          # with a button that saves everything below the folder
+
+Only this computer can reach it. Ctrl-C ends it.")]
+pub struct Studio {
+    /// Port on 127.0.0.1 [default: one that is free]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    pub port: Option<u16>,
+    /// Start a browser with it
+    #[arg(long)]
+    pub open: bool,
+    /// Folder below which its button saves; without, nothing is written
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+}
+
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 pub enum EngineName {
     /// Data file of harmonic bonds, and input
@@ -458,6 +488,13 @@ pub enum EngineName {
     Abaqus,
     /// Springs
     Calculix,
+    /// Spheres, bonds and a script
+    Yade,
+    /// Refused: its bonds have one constant
+    Peridigm,
+    /// Refused: its bonds have one constant
+    #[value(name = "perilab")]
+    PeriLab,
     /// The linear system of the element test, and Python that solves it
     MatrixMarket,
     /// Arrays of nodes and bonds
@@ -482,6 +519,9 @@ pub struct Sweep {
     /// Folder for the store, its CSV, logs and charts
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
+    /// Also write DIR/report.html, one page of all of it (see `anisobond report`)
+    #[arg(long, conflicts_with_all = ["shard", "slurm"])]
+    pub report: bool,
     /// Try failed jobs again
     #[arg(long)]
     pub retry: bool,
@@ -524,6 +564,9 @@ pub struct Run {
     /// Folder for the results [default: the case's name]
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
+    /// Also write DIR/report.html, one page of all of it (see `anisobond report`)
+    #[arg(long)]
+    pub report: bool,
     /// Go on from the last checkpoint in the folder
     #[arg(long)]
     pub resume: bool,

@@ -1,12 +1,13 @@
 //! `anisobond calibrate`.
 
-use anisobond::calibration::{HybridForm, LowerBound, ModelCalibrator, ModelSettings, Promise};
-use anisobond::io::{self, ModelReport, NeighbourhoodReport, parse_orientation, picture};
+use anisobond::calibration::{HybridForm, LowerBound, ModelCalibration, ModelCalibrator, ModelSettings, Promise};
+use anisobond::io::{self, BondModuli, Files, ModelReport, NeighbourhoodReport, parse_orientation, picture};
 use anisobond::lattice::{Neighbourhood, Shape};
+use anisobond::tensor::Material;
 use anisobond::{Error, Result};
 
 use crate::args::{FormName, ModelName, PromiseName};
-use crate::{Ending, args, calibration_text, folder, table, text};
+use crate::{Ending, args, calibration_text, folder, report, table, text};
 
 pub fn run(args: &args::Calibrate) -> Result<Ending> {
     let settings = settings(args)?;
@@ -24,24 +25,23 @@ pub fn run(args: &args::Calibrate) -> Result<Ending> {
         return Err(Error::input(format!("--jsonl, but {} is one material", args.material), "use --json"));
     }
     let material = io::find_material(&args.material, args.table.row.as_deref(), args.table.unit.as_deref())?;
-    let neighbourhood = neighbourhood(&args.neighbourhood)?;
-    let calibrator = ModelCalibrator::new(&neighbourhood, settings)?;
-    let r = calibrator.calibrate(&material.stiffness)?;
-    let report = ModelReport::new(&material, &NeighbourhoodReport::new(&calibrator), &r);
+    let done = Calibrated::new(args, material)?;
+    let report = &done.report;
     if let Some(folder) = &args.output {
-        folder::write(folder, &io::calibration_files(&material, &neighbourhood, &r, &report, views)?)?;
+        folder::write(folder, &done.files(views)?)?;
+        report::beside(args.report, folder)?;
     }
     if args.json {
-        text::print_json(&report)?;
+        text::print_json(report)?;
     } else {
-        text::print(&calibration_text::describe(&report))?;
+        text::print(&calibration_text::describe(report))?;
     }
-    let promised = r.promised_error();
+    let promised = done.result.promised_error();
     Ok(match args.require_exact {
         Some(error) if promised.is_nan() || promised > error => {
             eprintln!(
                 "anisobond: the {} model promises the target to {} %, not to the required {} %",
-                r.model().name(),
+                done.result.model().name(),
                 text::number(100.0 * promised),
                 text::number(100.0 * error)
             );
@@ -90,8 +90,8 @@ fn lower_bound(text: &str) -> Result<LowerBound> {
     }
 }
 
-/// The neighbourhood that the flags describe.
-pub fn neighbourhood(args: &args::NeighbourhoodArgs) -> Result<Neighbourhood> {
+/// Shape, horizon (spacings) and spacing (m) that the flags describe.
+pub fn shape_and_horizon(args: &args::NeighbourhoodArgs) -> Result<(Shape, f64, f64)> {
     let (spacing, _) = text::length(&args.spacing, "--spacing")?;
     let semi_axes =
         args.semi_axes.as_deref().map(|a| text::vector(a, "--semi-axes").map(|v| [v.x, v.y, v.z])).transpose()?;
@@ -115,6 +115,12 @@ pub fn neighbourhood(args: &args::NeighbourhoodArgs) -> Result<Neighbourhood> {
         args::ShapeName::Ellipsoid => "ellipsoid",
     };
     let (shape, horizon) = Shape::named(name, horizon, semi_axes)?;
+    Ok((shape, horizon, spacing))
+}
+
+/// The neighbourhood that the flags describe.
+pub fn neighbourhood(args: &args::NeighbourhoodArgs) -> Result<Neighbourhood> {
+    let (shape, horizon, spacing) = shape_and_horizon(args)?;
     let influence = io::find_influence(&args.influence).map_err(|e| e.at("--influence"))?;
     let mut neighbourhood = Neighbourhood::new(shape, horizon, spacing, influence)?;
     for rotation in &args.rotate {
@@ -135,4 +141,33 @@ fn views(cuts: &[String]) -> Result<Option<Vec<picture::View>>> {
         views.push(picture::View::cut(normal).map_err(|e| e.at("--cut"))?);
     }
     Ok(Some(views))
+}
+
+/// One material, calibrated.
+pub struct Calibrated {
+    pub material: Material,
+    pub neighbourhood: Neighbourhood,
+    pub result: ModelCalibration,
+    pub report: ModelReport,
+}
+
+impl Calibrated {
+    /// Calibrate a material as the flags say.
+    pub fn new(args: &args::Calibrate, material: Material) -> Result<Self> {
+        let neighbourhood = neighbourhood(&args.neighbourhood)?;
+        let calibrator = ModelCalibrator::new(&neighbourhood, settings(args)?)?;
+        let result = calibrator.calibrate(&material.stiffness)?;
+        let report = ModelReport::new(&material, &NeighbourhoodReport::new(&calibrator), &result);
+        Ok(Calibrated { material, neighbourhood, result, report })
+    }
+
+    /// The bonds as a table.
+    pub fn bonds(&self) -> Result<String> {
+        io::bonds_csv(&self.neighbourhood, &BondModuli::of(&self.result), &self.material.name)
+    }
+
+    /// The files of a folder, made in memory.
+    pub fn files(&self, views: Option<Vec<picture::View>>) -> Result<Files> {
+        io::calibration_files(&self.material, &self.neighbourhood, &self.result, &self.report, views)
+    }
 }

@@ -70,7 +70,8 @@ fn own_commands(line: &str) -> Vec<Vec<String>> {
         if words[0] == "anisobond" {
             return Some(words);
         }
-        let after = words.iter().position(|w| w == "--").filter(|_| words.starts_with(&["cargo".into(), "run".into()]))?;
+        let after =
+            words.iter().position(|w| w == "--").filter(|_| words.starts_with(&["cargo".into(), "run".into()]))?;
         Some([&["anisobond".to_string()], &words[after + 1..]].concat())
     };
     commands(line).into_iter().filter_map(own).collect()

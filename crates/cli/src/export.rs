@@ -10,6 +10,9 @@ pub fn run(args: &args::Export) -> Result<Ending> {
         args::EngineName::Lammps => (Engine::Lammps, "lammps"),
         args::EngineName::Abaqus => (Engine::Abaqus, "abaqus"),
         args::EngineName::Calculix => (Engine::Calculix, "calculix"),
+        args::EngineName::Yade => (Engine::Yade, "yade"),
+        args::EngineName::Peridigm => (Engine::Peridigm, "peridigm"),
+        args::EngineName::PeriLab => (Engine::PeriLab, "perilab"),
         args::EngineName::MatrixMarket => (Engine::MatrixMarket, "matrix-market"),
         args::EngineName::Numpy => (Engine::Numpy, "numpy"),
     };

@@ -8,7 +8,7 @@ use anisobond::operator::GridCell;
 use anisobond::{Error, Result};
 
 use crate::lattice::{components, describe_correction, directional, model, model_name};
-use crate::{Ending, args, calibrate, folder, text};
+use crate::{Ending, args, calibrate, folder, report, text};
 
 pub fn run(args: &args::ElementTest, rotations: Rotations) -> Result<Ending> {
     if args.method == args::MethodName::Dynamic {
@@ -36,6 +36,7 @@ pub fn run(args: &args::ElementTest, rotations: Rotations) -> Result<Ending> {
         ];
         files.extend(directional(&material, &format!("{i} × {j} × {k} nodes, {}", model_name(model)), &tensors)?);
         folder::write(folder, &files)?;
+        report::beside(args.report, folder)?;
     }
     if args.json {
         text::print_json(&report)?;

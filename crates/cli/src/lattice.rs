@@ -14,13 +14,14 @@ use anisobond::io::{self, ElementTestReport, LatticeReport, picture};
 use anisobond::tensor::{Material, Stiffness};
 use nalgebra::{Matrix6, Vector3};
 
-use crate::{Ending, args, folder, grid_test, text};
+use crate::{Ending, args, folder, grid_test, report, text};
 
 pub fn run(args: &args::Lattice) -> Result<Ending> {
     let (material, study) = study(&args.packing, &args.material, &args.bonds, Rotations::Free)?;
     let report = LatticeReport::new(&material, &study)?;
     if let Some(folder) = &args.output {
         folder::write(folder, &io::lattice_files(&material, &study, &report)?)?;
+        report::beside(args.report, folder)?;
     }
     if args.json {
         text::print_json(&report)?;
@@ -55,6 +56,7 @@ pub fn test(args: &args::ElementTest) -> Result<Ending> {
             files.push(("bonds.csv", bonds.into_bytes()));
         }
         folder::write(folder, &files)?;
+        report::beside(args.report, folder)?;
     }
     if args.json {
         text::print_json(&report)?;

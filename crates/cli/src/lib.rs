@@ -20,6 +20,7 @@ mod materials;
 mod pack;
 mod report;
 mod run;
+mod studio;
 mod sweep;
 mod table;
 mod tensor;
@@ -99,6 +100,7 @@ fn run(cli: args::Cli) -> Result<Ending> {
         args::Command::New(a) => case::new(&a),
         args::Command::Export(a) => export::run(&a),
         args::Command::Report(a) => report::run(&a),
+        args::Command::Studio(a) => studio::run(&a),
         args::Command::Verify(a) => verify::run(&a),
         args::Command::Materials(a) => materials::run(&a),
         args::Command::Completions(a) => {

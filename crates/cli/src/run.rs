@@ -5,7 +5,7 @@ use anisobond::io::CaseFile;
 use anisobond::io::run::{PackingSummary, RunOptions, RunProgress, RunSummary, case_identity, run_case};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::{Ending, args, interrupt, text};
+use crate::{Ending, args, interrupt, report, text};
 
 pub fn run(args: &args::Run) -> Result<Ending> {
     let case = CaseFile::read(&args.case.case, &args.case.set)?;
@@ -21,6 +21,7 @@ pub fn run(args: &args::Run) -> Result<Ending> {
     for warning in &summary.warnings {
         eprintln!("warning: {warning}");
     }
+    report::beside(args.report, &folder)?;
     if args.json {
         text::print_json(&summary)?;
     } else {

@@ -6,7 +6,7 @@ use anisobond::{Error, Result};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
-use crate::{Ending, args, interrupt, text};
+use crate::{Ending, args, interrupt, report, text};
 
 pub fn run(args: &args::Sweep) -> Result<Ending> {
     if let Some(shards) = args.slurm {
@@ -50,6 +50,7 @@ fn finish(args: &args::Sweep, store: &Store, failed: &[(String, String)], of_sha
     let counts = store.counts()?;
     let wrote = write_sweep(&args.output, store, of_shard)?;
     eprintln!("wrote {} in {}", wrote.join(", "), args.output.display());
+    report::beside(args.report, &args.output)?;
     if args.json {
         let records = store.records()?;
         let jobs: Vec<_> = records

@@ -6,7 +6,7 @@ use anisobond::{Error, Result};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
-use crate::{Ending, args, interrupt, text};
+use crate::{Ending, args, interrupt, report, text};
 
 pub fn run(args: &args::Calibrate, calibrator: &ModelCalibrator) -> Result<Ending> {
     let table = read_table(&args.material, args.table.unit.as_deref())?;
@@ -33,10 +33,10 @@ pub fn run(args: &args::Calibrate, calibrator: &ModelCalibrator) -> Result<Endin
         };
         return Err(Error::Interrupted { message: format!("{} of {all} rows are done; {rest}", results.finished()) });
     }
-    report(args, &results)
+    finish(args, &results)
 }
 
-fn report(args: &args::Calibrate, results: &TableResults) -> Result<Ending> {
+fn finish(args: &args::Calibrate, results: &TableResults) -> Result<Ending> {
     let mut failed = Vec::new();
     let mut not_exact = 0;
     let mut lines = String::new();
@@ -65,6 +65,7 @@ fn report(args: &args::Calibrate, results: &TableResults) -> Result<Ending> {
     if let Some(folder) = &args.output {
         results.write_csv(folder.join("calibrations.csv"))?;
         eprintln!("wrote calibrations.csv in {}", folder.display());
+        report::beside(args.report, folder)?;
     }
     if args.jsonl {
         text::print(&results.json_lines())?;

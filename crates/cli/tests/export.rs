@@ -111,6 +111,17 @@ fn of_elements(path: &Path, truss: bool) -> Bonds {
     bonds
 }
 
+/// Bonds as Yade's script reads them: the branch to the nearest image, k_n and k_t.
+fn of_yade(folder: &Path) -> Vec<(Vector3<f64>, f64, f64)> {
+    let table = |name: &str| -> Vec<Vec<f64>> {
+        text(&folder.join(name)).lines().filter(|l| !l.starts_with('#')).map(numbers).collect()
+    };
+    let (edges, places, bonds) = (table("cell.txt"), table("spheres.txt"), table("bonds.txt"));
+    let edges = Vector3::from_column_slice(&edges[0]);
+    let place = |n: f64| Vector3::from_column_slice(&places[n as usize][..3]);
+    bonds.iter().map(|b| (nearest(place(b[1]) - place(b[0]), &edges), b[2], b[3])).collect()
+}
+
 /// An array of `numpy.save`: kind, shape, bytes.
 fn of_numpy(path: &Path) -> (String, [usize; 2], Vec<u8>) {
     let bytes = std::fs::read(path).unwrap();
@@ -140,7 +151,7 @@ fn every_engine_is_given_the_bonds_that_make_the_tensor() {
         let at = |name: &str| folder.path().join("bonds").join(name);
         let dir = folder.path().join("bonds").display().to_string();
         stdout(&[&["calibrate"], flags, &["-o", &dir]].concat());
-        for engine in ["lammps", "abaqus", "calculix", "numpy", "matrix-market"] {
+        for engine in ["lammps", "abaqus", "calculix", "numpy", "matrix-market", "yade"] {
             stdout(&["export", &dir, "--to", engine]);
         }
         let expected = expected(&at("lammps"));
@@ -151,6 +162,9 @@ fn every_engine_is_given_the_bonds_that_make_the_tensor() {
             assert_eq!(elements.len(), bonds.len());
             close(&summed(&elements, volume), &expected, 1e-9);
         }
+        let yade = of_yade(&at("yade"));
+        assert!(yade.len() == bonds.len() && yade.iter().all(|(_, k, t)| k.is_finite() && *t == 0.0));
+        close(&summed(&yade.into_iter().map(|(l, k, _)| (l, k)).collect(), volume), &expected, 1e-9);
         let (branches, stiffness) = (floats(&at("numpy/branches.npy")), floats(&at("numpy/stiffness.npy")));
         let pairs = branches.chunks(3).zip(stiffness.chunks(2));
         let arrays: Bonds = pairs.map(|(l, k)| (Vector3::from_column_slice(l), k[0])).collect();
@@ -196,6 +210,19 @@ fn packings_and_sheared_bonds_are_systems_that_measure_the_tensor() {
     close(&of_matrix_market(&exported), &expected(&exported), 1e-7);
     refused(&["export", &path("lattice"), "--to", "lammps"], &["tangential", "central", "numpy"]);
     refused(&["export", &path("lattice"), "--to", "calculix"], &["tangential", "CalculiX"]);
+    // Yade takes both stiffnesses; the sums over bonds of the array files are the same.
+    stdout(&["export", &path("lattice"), "--to", "yade"]);
+    stdout(&["export", &path("lattice"), "--to", "numpy"]);
+    let yade = of_yade(&folder.path().join("lattice/yade"));
+    let arrays = folder.path().join("lattice/numpy");
+    let (branches, stiffness) = (floats(&arrays.join("branches.npy")), floats(&arrays.join("stiffness.npy")));
+    assert_eq!(yade.len(), stiffness.len() / 2);
+    for ((l, k, t), (branch, own)) in yade.iter().zip(branches.chunks(3).zip(stiffness.chunks(2))) {
+        assert!((l - Vector3::from_column_slice(branch)).norm() < 1e-12 * l.norm());
+        assert_eq!([*k, *t], own);
+    }
+    refused(&["export", &path("lattice"), "--to", "peridigm"], &["Peridigm", "18 K", "lammps"]);
+    refused(&["export", &path("lattice"), "--to", "perilab"], &["PeriLab", "one micromodulus"]);
 }
 
 /// Bad input, and words that its message must have.

@@ -43,8 +43,8 @@ fn a_calibration_shows_its_tensors_and_its_neighbourhood() {
     assert_eq!((&data["tensors"][0]["voigt"], &data["tensors"][1]["voigt"]), (&report["target"], &report["reached"]));
     assert_eq!(data["title"], "KIO3");
     let scene = &data["scene"];
-    assert_eq!((floats(&scene["spheres"]), floats(&scene["values"])), (4 * 122, 122));
-    assert_eq!((floats(&scene["lines"]), floats(&scene["line_values"])), (6 * 122, 122));
+    assert_eq!((floats(&scene["spheres"]), floats(&scene["quantities"][0]["values"])), (4 * 122, 122));
+    assert_eq!((floats(&scene["lines"]), floats(&scene["quantities"][0]["line_values"])), (6 * 122, 122));
     assert_eq!((data["table"]["all"].as_u64(), data["table"]["rows"][0].as_array().unwrap().len()), (Some(122), 10));
     let facts = data["facts"].to_string();
     assert!(["relative error", "smallest eigenvalue", "horizon"].iter().all(|label| facts.contains(label)), "{facts}");
@@ -69,7 +69,7 @@ fn a_lattice_its_element_test_a_sweep_and_a_run_have_pages() {
     let sweep = write(&folder, "sweep.toml", &table);
     stdout(&["sweep", &sweep, "-o", &path("s")]);
     let (_, data) = page(&path("s"));
-    assert_eq!(data["charts"][0]["x"], "contact_radius");
+    assert_eq!(data["charts"][0]["x"], "contact radius");
     assert_eq!(data["charts"][0]["series"][0]["points"].as_array().unwrap().len(), 3);
     let case = "material = \"Si\"\ndensity = \"2330 kg/m3\"\nbody = { box = { size = \"6, 6, 6 mm\" } }\n\
                 [grid]\nspacing = \"1 mm\"\nhorizon = 2\n[[initial_velocity]]\non = \"x-max\"\nvelocity = \"1, 0, 0 m/s\"\n\
@@ -81,7 +81,9 @@ fn a_lattice_its_element_test_a_sweep_and_a_run_have_pages() {
     assert_eq!(names(&data["pictures"], "name"), ["slice-1.apng"]);
     assert!(data["pictures"][0]["data"].as_str().unwrap().starts_with("data:image/png;base64,iVBORw0KGgo"));
     let charts = names(&data["charts"], "title");
-    assert!(charts.iter().any(|c| c.contains("energies")) && charts.iter().any(|c| c == "end_ux"), "{charts:?}");
+    assert!(charts.iter().any(|c| c.contains("energies")) && charts.iter().any(|c| c == "end u (m)"), "{charts:?}");
+    let own = data["charts"].as_array().unwrap().iter().find(|c| c["title"] == "end u (m)").unwrap();
+    assert_eq!(names(&own["series"], "name"), ["ux", "uy", "uz"]);
 }
 
 #[test]
@@ -99,4 +101,32 @@ fn names_cannot_break_out_and_folders_without_results_are_refused() {
     let chosen = folder.path().join("page.html").display().to_string();
     stdout(&["report", &dir, "-o", &chosen]);
     assert!(std::path::Path::new(&chosen).is_file());
+}
+
+#[test]
+fn a_page_is_written_beside_the_results_of_every_command() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let has_page = |name: &str| {
+        let text = std::fs::read_to_string(folder.path().join(name).join("report.html")).unwrap();
+        assert!(text.contains("id=\"data\""), "{name}");
+    };
+    stdout(&["calibrate", "Si", "--horizon", "2", "-o", &path("c"), "--report"]);
+    stdout(&["pack", "--number", "40", "--porosity", "0.4", "--seed", "3", "-o", &path("p.csv")]);
+    stdout(&["lattice", &path("p.csv"), ROCK, "--contact-radius", "1.5", "-o", &path("l"), "--report"]);
+    stdout(&["element-test", &path("p.csv"), ROCK, "--contact-radius", "1.5", "-o", &path("e"), "--report"]);
+    stdout(&["element-test", "Si", "--grid", "5", "--horizon", "2", "-o", &path("g"), "--report"]);
+    let rows = common::table_rows(&folder);
+    stdout(&["calibrate", &rows, "--horizon", "2", "-o", &path("t"), "--report"]);
+    let table = format!(
+        "[parameters]\ncontact_radius = [1.4, 1.5]\n[fixed]\npacking = {:?}\nmaterial = {ROCK:?}\n",
+        path("p.csv")
+    );
+    stdout(&["sweep", &write(&folder, "sweep.toml", &table), "-o", &path("s"), "--report"]);
+    let case = "material = \"Si\"\nbody = { box = { size = \"4, 4, 4 mm\" } }\n[grid]\nspacing = \"1 mm\"\nhorizon = 2\n\
+                [[condition]]\non = \"x-min\"\ndisplacement = [0, 0, 0]\n[[condition]]\non = \"x-max\"\n\
+                traction = \"1, 0, 0 MPa\"\n[equilibrium]\n";
+    stdout(&["run", &write(&folder, "case.toml", case), "-o", &path("r"), "--report"]);
+    ["c", "l", "e", "g", "t", "s", "r"].into_iter().for_each(has_page);
+    assert!(refused(&["calibrate", "Si", "--report"], 2).contains("--output"));
 }

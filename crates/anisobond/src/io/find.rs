@@ -7,6 +7,21 @@ use super::{read_material, read_table};
 use crate::tensor::Material;
 use crate::{Error, Result};
 
+/// A built-in material by name; letter case does not count.
+///
+/// # Errors
+/// Another name, with the nearest.
+pub fn builtin_material(name: &str) -> Result<Material> {
+    let names = Material::builtin_names();
+    Material::builtin(name).ok_or_else(|| {
+        let hint = match nearest(name, names.iter().copied()) {
+            Some(name) => format!("did you mean {name}?"),
+            None => format!("give a file, or one of {}", names.join(", ")),
+        };
+        Error::input(format!("{name}: neither a file nor a built-in material"), hint)
+    })
+}
+
 /// A material by built-in name (letter case does not count) or by path; of a table, the row with identifier `row`.
 ///
 /// # Errors
@@ -30,12 +45,7 @@ pub fn find_material(name_or_path: &str, row: Option<&str>, unit: Option<&str>) 
         return Err(Error::input(format!("{name_or_path} is a folder"), "give the file of a material or a table"));
     }
     if !path.exists() {
-        let names = Material::builtin_names();
-        let hint = match nearest(name_or_path, names.iter().copied()) {
-            Some(name) => format!("did you mean {name}?"),
-            None => format!("give a file, or one of {}", names.join(", ")),
-        };
-        return Err(Error::input(format!("{name_or_path}: neither a file nor a built-in material"), hint));
+        return builtin_material(name_or_path);
     }
     if !super::is_table(path) {
         return read_material(path).and_then(of_tables_only);

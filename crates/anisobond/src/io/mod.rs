@@ -39,21 +39,23 @@ pub use advice_report::AdviceReport;
 pub use atomic::write_atomically;
 pub use bonds::{BondModuli, BondTable, TangentialColumns, bonds_csv, read_bonds, write_bonds};
 pub use calibrate_table::{TableResults, calibrate_table};
-pub use case::{CaseFile, CasePlan, ConditionPlan, LatticeKind, PackingPlan, RegionPlan, read_case, starter_case};
+pub use case::{
+    CaseFile, CasePlan, ConditionPlan, LatticeKind, PackingPlan, RegionPlan, calibrated_case, read_case, starter_case,
+};
 pub use export::{BondedCell, Engine, ExportFile, export};
-pub use find::find_material;
+pub use find::{builtin_material, find_material};
 pub use folder::{Files, calibration_files, json_file, lattice_files, write_files};
 pub use grid_report::{CellReport, GridTestReport};
 pub use hybrid_report::HybridReport;
 pub use journal::Journal;
 pub use lattice_bonds::{lattice_bonds_csv, lattice_vtp, network_bonds_csv};
 pub use lattice_report::{ElementTestReport, LatticeReport};
-pub use material::{parse_class, parse_material, read_material};
+pub use material::{material_text, parse_class, parse_material, read_material};
 pub use micropolar_report::{MicropolarInfeasibilityReport, MicropolarReport};
 pub use model_report::ModelReport;
 pub use orientation::{Orientation, parse_orientation, smallest_rotation};
 pub use packing::{PackingFormat, packing_text, parse_packing, read_packing, write_packing};
-pub use page::report_page;
+pub use page::{calibration_page, calibration_page_data, report_page, studio_page};
 pub use pairs::{find_influence, read_influence, read_pairs};
 pub use report::{CalibrationReport, NeighbourhoodReport, TensorReport};
 pub use stl::{parse_stl, read_stl};

@@ -1,5 +1,6 @@
 //! Case files: a body, how it is loaded, what is measured, in TOML. docs/cases.md names every key.
 
+mod calibrated;
 mod loads;
 mod matter;
 mod overrides;
@@ -34,6 +35,7 @@ use schedule::ProbeStatement;
 use section::{AXES, Section, Spot, Value};
 use shapes::Shapes;
 
+pub use calibrated::calibrated_case;
 pub use packing::PackingPlan;
 pub use plan::{CasePlan, ConditionPlan, RegionPlan};
 pub use starter::starter_case;

@@ -75,9 +75,12 @@ fn input(cell: &BondedCell) -> String {
          neighbor        {:?} bin\n\
          comm_modify     cutoff {reach:?}\n\
          thermo_style    custom step pe {}\n\
-         min_style       cg\n\n",
+         min_style       cg\n\
+         # A step of the line search goes no further than the strains do; the engine's own 0.1 m is farther than a cell.\n\
+         min_modify      dmax {:?}\n\n",
         reach - longest,
         PRESSURES.join(" "),
+        STRAIN * cell.edges.max(),
     );
     let tolerance = BALANCE * STRAIN * force * (cell.nodes.len() as f64).sqrt();
     for (case, (name, shear)) in CASES.iter().enumerate() {

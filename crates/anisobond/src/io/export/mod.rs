@@ -5,6 +5,7 @@ mod arrays;
 mod cell;
 mod lammps;
 mod truss;
+mod yade;
 
 pub use cell::BondedCell;
 pub(super) use cell::contact_bonds;
@@ -21,6 +22,12 @@ pub enum Engine {
     Abaqus,
     /// CalculiX: springs (SPRINGA) with periodic equations.
     Calculix,
+    /// Yade: spheres and bonds, and a script.
+    Yade,
+    /// Peridigm's bond-based material: refused.
+    Peridigm,
+    /// PeriLab's bond-based material: refused.
+    PeriLab,
     /// The stiffness matrix and the loads of unit strains in MatrixMarket files.
     MatrixMarket,
     /// NumPy arrays of nodes and bonds.
@@ -39,6 +46,9 @@ pub fn export(cell: &BondedCell, engine: Engine) -> Result<Vec<ExportFile>> {
         Engine::Lammps => lammps::files(cell)?,
         Engine::Abaqus => truss::files(cell, truss::Element::Truss)?,
         Engine::Calculix => truss::files(cell, truss::Element::Spring)?,
+        Engine::Yade => yade::files(cell),
+        Engine::Peridigm => return Err(one_constant("Peridigm")),
+        Engine::PeriLab => return Err(one_constant("PeriLab")),
         Engine::MatrixMarket => arrays::matrix_market(cell)?,
         Engine::Numpy => arrays::numpy(cell),
     };
@@ -66,4 +76,15 @@ fn refuse_tangential(cell: &BondedCell, engine: &str, why: &str) -> Result<()> {
         format!("the bonds have tangential stiffness, which {engine} cannot express: {why}"),
         "export bonds of the central model, or to matrix-market or numpy",
     ))
+}
+
+/// The refusal of engines whose bonds all have the same constant.
+fn one_constant(engine: &str) -> Error {
+    Error::input(
+        format!(
+            "{engine}'s bond-based material has one micromodulus for all bonds, 18 K/(π δ⁴), from the bulk modulus; calibrated \
+             ones differ by length, even those of an isotropic tensor, and by direction"
+        ),
+        "export to lammps, yade, calculix, matrix-market or numpy, which take each bond as it is",
+    )
 }

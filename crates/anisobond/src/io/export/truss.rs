@@ -46,6 +46,12 @@ impl Images {
     }
 }
 
+/// A number in at most twenty characters: more are not read.
+fn card(x: f64) -> String {
+    let text = format!("{x:?}");
+    if text.len() <= 20 { text } else { format!("{x:.13e}") }
+}
+
 fn input(cell: &BondedCell, element: Element) -> String {
     let (types, of) = cell.types();
     let nodes = cell.nodes.len();
@@ -66,12 +72,12 @@ fn input(cell: &BondedCell, element: Element) -> String {
         strains[1],
     );
     for (n, x) in cell.nodes.iter().enumerate() {
-        let _ = writeln!(text, "{}, {:?}, {:?}, {:?}", n + 1, x.x, x.y, x.z);
+        let _ = writeln!(text, "{}, {}, {}, {}", n + 1, card(x.x), card(x.y), card(x.z));
     }
     for (n, (node, shift)) in images.of.iter().enumerate() {
         let x = cell.nodes[*node as usize];
         let at: [f64; 3] = std::array::from_fn(|i| x[i] + f64::from(shift[i]) * cell.edges[i]);
-        let _ = writeln!(text, "{}, {:?}, {:?}, {:?}", nodes + n + 1, at[0], at[1], at[2]);
+        let _ = writeln!(text, "{}, {}, {}, {}", nodes + n + 1, card(at[0]), card(at[1]), card(at[2]));
     }
     let _ = writeln!(text, "*NODE, NSET=STRAINS\n{}, 0.0, 0.0, 0.0\n{}, 0.0, 0.0, 0.0", strains[0], strains[1]);
     elements(&mut text, cell, element, &types, &of, &ends);
@@ -82,10 +88,10 @@ fn input(cell: &BondedCell, element: Element) -> String {
         let step = if element == Element::Truss { "*STEP, PERTURBATION" } else { "*STEP" };
         let _ = writeln!(
             text,
-            "{step}\n*STATIC\n*CLOAD, OP=NEW\n{}, {}, {:?}\n*NODE PRINT, NSET=STRAINS\nU\n*END STEP",
+            "{step}\n*STATIC\n*CLOAD, OP=NEW\n{}, {}, {}\n*NODE PRINT, NSET=STRAINS\nU\n*END STEP",
             strains[case / 3],
             case % 3 + 1,
-            cell.volume()
+            card(cell.volume())
         );
     }
     text
@@ -110,11 +116,15 @@ fn elements(
         }
         match element {
             Element::Truss => {
-                let _ =
-                    writeln!(text, "*SOLID SECTION, ELSET=B{}, MATERIAL=UNIT\n{:?}", n + 1, kind.normal * kind.length);
+                let _ = writeln!(
+                    text,
+                    "*SOLID SECTION, ELSET=B{}, MATERIAL=UNIT\n{}",
+                    n + 1,
+                    card(kind.normal * kind.length)
+                );
             }
             Element::Spring => {
-                let _ = writeln!(text, "*SPRING, ELSET=B{}\n\n{:?}", n + 1, kind.normal);
+                let _ = writeln!(text, "*SPRING, ELSET=B{}\n\n{}", n + 1, card(kind.normal));
             }
         }
     }
@@ -141,8 +151,21 @@ fn equations(text: &mut String, cell: &BondedCell, images: &Images, strains: [us
             }
             let _ = writeln!(text, "*EQUATION\n{}", terms.len());
             for (node, dof, factor) in terms {
-                let _ = writeln!(text, "{node}, {dof}, {factor:?}");
+                let _ = writeln!(text, "{node}, {dof}, {}", card(factor));
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::card;
+
+    #[test]
+    fn numbers_fit_their_field_and_keep_their_digits() {
+        for x in [-2.5467638355602257e-5, 3.0687028382754893e-6, 0.007373384711428692, -1.0 / 3.0e77, 1e9 / 7.0, 0.0] {
+            let text = card(x);
+            assert!(text.len() <= 20 && (text.parse::<f64>().unwrap() - x).abs() <= 1e-13 * x.abs(), "{text}");
         }
     }
 }

@@ -19,6 +19,7 @@
 pub(super) mod components;
 mod engineering;
 pub(super) mod matrix;
+mod text;
 
 use std::path::Path;
 
@@ -31,6 +32,8 @@ use super::words::{number, quoted, suggestion};
 use super::{record, tree::Kind};
 use crate::tensor::{Material, Stiffness, SymmetryClass};
 use crate::{Error, Result};
+
+pub use text::material_text;
 
 /// Every key of a material file but c11…c66.
 const KEYS: [&str; 11] = [
