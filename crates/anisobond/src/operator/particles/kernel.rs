@@ -178,8 +178,10 @@ unsafe fn row<L: Lanes<T = f64>>(at: &At, particle: usize, load: &mut Load, all:
                 }
             }
         }
-        load.force = force.0.map(|f| total(f));
-        load.moment = moment.0.map(|m| total(m));
+        for i in 0..3 {
+            load.force[i] = total(force.0[i]);
+            load.moment[i] = total(moment.0[i]);
+        }
     }
 }
 
@@ -188,16 +190,21 @@ unsafe fn row<L: Lanes<T = f64>>(at: &At, particle: usize, load: &mut Load, all:
 #[inline(always)]
 fn look_ahead(at: &At, number: usize) {
     let rows = at.rows;
-    let lines = |bytes: usize| 0..bytes / LINE;
     let block = rows.blocks.as_ptr().wrapping_add(number + BLOCKS_AHEAD);
-    lines(size_of::<Block>()).for_each(|line| ask(block as usize, line));
+    for line in 0..size_of::<Block>() / LINE {
+        ask(block as usize, line);
+    }
     if !rows.strength.is_empty() {
         let strength = rows.strength.as_ptr().wrapping_add(number + BLOCKS_AHEAD);
-        lines(size_of::<BlockStrength>()).for_each(|line| ask(strength as usize, line));
+        for line in 0..size_of::<BlockStrength>() / LINE {
+            ask(strength as usize, line);
+        }
     }
     if let Some(block) = rows.blocks.get(number + POSES_AHEAD) {
-        // A pose is one line.
-        block.to.iter().for_each(|&to| ask(at.poses.as_ptr() as usize, to as usize));
+        for &to in &block.to {
+            // A pose is one line.
+            ask(at.poses.as_ptr() as usize, to as usize);
+        }
     }
 }
 
@@ -216,8 +223,12 @@ impl<L: Lanes<T = f64>> Own<L> {
     unsafe fn new(pose: &Pose) -> Self {
         // SAFETY: the caller's contract.
         unsafe {
-            let three = |x: &[f64; 4]| Three([L::splat(x[0]), L::splat(x[1]), L::splat(x[2])]);
-            Own { u: three(&pose.displacement), v: three(&pose.turn), w: L::splat(pose.turn[3]) }
+            let (u, v) = (&pose.displacement, &pose.turn);
+            Own {
+                u: Three([L::splat(u[0]), L::splat(u[1]), L::splat(u[2])]),
+                v: Three([L::splat(v[0]), L::splat(v[1]), L::splat(v[2])]),
+                w: L::splat(v[3]),
+            }
         }
     }
 }
