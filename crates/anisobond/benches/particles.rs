@@ -3,7 +3,8 @@
 //! thread and all), `step` (a whole step), `scaling` (to 10⁶ spheres, with the fitted exponent), `static` (the static
 //! element test). Without a packing file the reference packing beside the checkout is used.
 //!
-//! Peers on the same packing: `verification/peers/lammps_bpm.py`.
+//! `--yade` and `--lammps` run those on the same packing and bonds beside it (`verification/peers/yade_packing.py` by `yade`,
+//! `verification/peers/lammps_bpm.py` by the Python in `LAMMPS_PYTHON`) and print how many times as fast the part is.
 
 use std::time::Instant;
 
@@ -13,6 +14,7 @@ use anisobond::experiment::particles::{MotionPlan, ParticleMotion};
 use anisobond::lattice::{Lattice, Packing};
 use anisobond::operator::particles::{ParticleModel, Particles, Strength, bulk_masses};
 use anisobond::operator::{Kinematics, Network};
+use anisobond::solver::particles::Acting;
 use nalgebra::Vector3;
 
 /// Seconds of several runs: of the fastest by the clock, and on average of processor time of all threads (where Linux
@@ -36,11 +38,15 @@ fn processor_time() -> f64 {
     0.01 * (hundredths(11) + hundredths(12))
 }
 
-fn packing() -> Packing {
+/// The packing's file.
+fn path() -> String {
     let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data/woo-packing-2556.txt");
     let mut given = std::env::args().skip_while(|a| a != "--packing").skip(1);
-    let path = given.next().unwrap_or_else(|| beside.to_string());
-    let text = std::fs::read_to_string(&path).expect("a packing file");
+    given.next().unwrap_or_else(|| beside.to_string())
+}
+
+fn packing() -> Packing {
+    let text = std::fs::read_to_string(path()).expect("a packing file");
     let mut lines = text.lines();
     let numbers = |line: &str| line.split_whitespace().filter_map(|x| x.parse().ok()).collect::<Vec<f64>>();
     let cell = numbers(lines.next().expect("a first line"));
@@ -108,13 +114,15 @@ fn kernel() {
     }
 }
 
-fn stepped(copies: [usize; 3], threads: usize, steps: usize) -> (usize, usize, [f64; 2]) {
+/// Spheres, bonds, bytes of the bonds' rows, seconds of a step.
+fn stepped(copies: [usize; 3], threads: usize, steps: usize) -> (usize, usize, usize, [f64; 2]) {
     let particles = moving(copies, Kinematics::Finite, false);
-    let (spheres, bonds) = (particles.len(), particles.model().bonds.len());
+    let (spheres, bonds, bytes) = (particles.len(), particles.model().bonds.len(), particles.bond_bytes());
     pool(threads).install(|| {
-        let mut motion = ParticleMotion::new(particles, Vec::new(), &MotionPlan::default()).expect("a sound plan");
-        let seconds = fastest(steps, || motion.advance().expect("a stable step"));
-        (spheres, bonds, seconds)
+        let free = |_: &Particles, _: f64, _: f64| Acting::default();
+        let mut motion = ParticleMotion::new(particles, &MotionPlan::default(), free).expect("a sound plan");
+        let seconds = fastest(steps, || motion.advance(free).expect("a stable step"));
+        (spheres, bonds, bytes, seconds)
     })
 }
 
@@ -122,7 +130,7 @@ fn step() {
     println!("whole steps (finite): kick, drift, forces, energies");
     for threads in [1, rayon::current_num_threads()] {
         for copies in [[1, 1, 1], [2, 2, 2]] {
-            let (spheres, bonds, [clock, used]) = stepped(copies, threads, 50);
+            let (spheres, bonds, _, [clock, used]) = stepped(copies, threads, 50);
             println!(
                 "{spheres:8} spheres {threads} threads: {:8.3} ms, {:6.1}e6 bonds/s; {:6.1}e6 per second of a core",
                 1e3 * clock,
@@ -133,12 +141,22 @@ fn step() {
     }
 }
 
+fn spheres_of(copies: [usize; 3]) -> usize {
+    packing().len() * copies.iter().product::<usize>()
+}
+
 fn scaling() {
     println!("scaling, one thread");
     let mut points = Vec::new();
     for copies in [[1, 1, 1], [2, 1, 1], [2, 2, 1], [2, 2, 2], [4, 2, 2], [4, 4, 2], [4, 4, 4], [6, 6, 5], [8, 7, 7]] {
-        let (spheres, bonds, [_, used]) = stepped(copies, 1, 8);
-        println!("{spheres:8} spheres: {:9.3} ms, {:6.1}e6 bonds/s of a core", 1e3 * used, 1e-6 * bonds as f64 / used);
+        // A second or so: processor time is told in hundredths.
+        let (spheres, bonds, bytes, [_, used]) = stepped(copies, 1, (4_000_000 / spheres_of(copies)).max(8));
+        println!(
+            "{spheres:8} spheres: {:9.3} ms, {:6.1}e6 bonds/s of a core, {:5.1} bytes per bond",
+            1e3 * used,
+            1e-6 * bonds as f64 / used,
+            bytes as f64 / bonds as f64
+        );
         points.push(((spheres as f64).ln(), used.ln()));
     }
     let n = points.len() as f64;
@@ -161,13 +179,116 @@ fn statics() {
     }
 }
 
+/// What a peer took for the reference packing.
+struct Peer {
+    name: String,
+    bonds: f64,
+    /// Seconds of a step by the clock, and of processor time.
+    step: [f64; 2],
+    /// Seconds of a static element test by relaxation, likewise, and C33 (Pa) that it measured.
+    test: Option<([f64; 2], f64)>,
+}
+
+fn script(name: &str) -> String {
+    format!("{}/../../verification/peers/{name}", env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The words or the document that a peer's last line holds.
+fn last_line(command: &mut std::process::Command) -> Option<String> {
+    let output = command.output().ok()?;
+    String::from_utf8(output.stdout).ok()?.lines().last().map(str::to_string)
+}
+
+/// Yade with the bonds of the packing; `None` where it cannot be run.
+fn yade(network: &Network, law: &str, threads: usize) -> Option<Peer> {
+    let bonds: String =
+        network.bonds.iter().map(|b| format!("{} {} {} {}\n", b.a, b.b, b.normal, b.tangential)).collect();
+    let file = tempfile::NamedTempFile::new().ok()?;
+    std::fs::write(file.path(), bonds).ok()?;
+    let mut command = std::process::Command::new("yade");
+    command.args(["-n", "-x", &format!("-j{threads}"), &script("yade_packing.py"), &path()]);
+    let line = last_line(command.arg(file.path()).arg(law))?;
+    let answer: serde_json::Value = serde_json::from_str(line.strip_prefix("yade ")?).ok()?;
+    let number = |key: &str| answer[key].as_f64();
+    Some(Peer {
+        name: format!("Yade, {law}, {threads} threads"),
+        bonds: number("interactions")?,
+        step: [number("step_s")?, number("step_core_s")?],
+        test: Some(([number("test_s")?, number("test_core_s")?], number("C33_Pa")?)),
+    })
+}
+
+/// LAMMPS' bpm/rotational in one process; `None` where it cannot be run.
+fn lammps() -> Option<Peer> {
+    let python = std::env::var("LAMMPS_PYTHON").unwrap_or_else(|_| "python3".into());
+    let mut command = std::process::Command::new(python);
+    let line = last_line(command.args([&script("lammps_bpm.py"), &path(), "1", "40"]).env("OMP_NUM_THREADS", "1"))?;
+    let numbers: Vec<f64> = line.split_whitespace().filter_map(|x| x.parse().ok()).collect();
+    let [_, bonds, _, step, ..] = numbers[..] else { return None };
+    Some(Peer { name: "LAMMPS, bpm/rotational, 1 thread".into(), bonds, step: [step, step], test: None })
+}
+
+/// The peers beside ours, whole steps and a static element test, on the reference packing.
+fn peers(asked: impl Fn(&str) -> bool) {
+    let (_, network) = network([1, 1, 1]);
+    let ours = [1, 2].map(|threads| stepped([1, 1, 1], threads, 1000).3);
+    let test = pool(1).install(|| fastest(5, || drop(ElementTest::default().run(&network).expect("a sound lattice"))));
+    let measured = ElementTest::default().run(&network).expect("a sound lattice").measured;
+    let mut rows = Vec::new();
+    if asked("--yade") {
+        let runs = [("cohfrict", 1), ("cpm", 1), ("cohfrict", 2)]
+            .map(|(law, threads)| (yade(&network, law, threads), threads));
+        rows.extend(runs);
+    }
+    if asked("--lammps") {
+        rows.push((lammps(), 1));
+    }
+    if rows.iter().any(|row| row.0.is_none()) {
+        println!("a peer is not here or did not run: see verification/peers");
+    }
+    for (peer, threads) in rows.into_iter().filter_map(|(peer, threads)| Some((peer?, threads))) {
+        let Peer { name, bonds, step, test: relaxed } = peer;
+        let rate = |seconds: f64, bonds: f64| 1e-6 * bonds / seconds;
+        let own = ours[threads - 1];
+        let n = network.bonds.len() as f64;
+        println!(
+            "{name}: {:.2}e6 bonds/s, {:.2}e6 per second of a core; ours {:.1}e6, {:.1}e6: {:.0}, {:.0} times as many",
+            rate(step[0], bonds),
+            rate(step[1], bonds),
+            rate(own[0], n),
+            rate(own[1], n),
+            rate(own[0], n) / rate(step[0], bonds),
+            rate(own[1], n) / rate(step[1], bonds)
+        );
+        if let (Some((seconds, c33)), 1) = (relaxed, threads) {
+            println!(
+                "    static test along z: {:.2} s, {:.2} s of a core, C33 {:.4} MPa; ours, six cases: {:.4} s, {:.4} s, {:.4} MPa: \
+                 {:.0}, {:.0} times as fast",
+                seconds[0],
+                seconds[1],
+                1e-6 * c33,
+                test[0],
+                test[1],
+                1e-6 * measured.voigt()[(2, 2)],
+                seconds[0] / test[0],
+                seconds[1] / test[1]
+            );
+        }
+    }
+}
+
 fn main() {
-    let asked: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let asked = |name: &str| arguments.iter().any(|a| a == name);
     let parts: [(&str, fn()); 4] = [("kernel", kernel), ("step", step), ("scaling", scaling), ("static", statics)];
-    let any = parts.iter().any(|(name, _)| asked.iter().any(|a| a == name));
+    let peer = asked("--yade") || asked("--lammps");
+    let any = peer || parts.iter().any(|(name, _)| asked(name));
     for (name, part) in parts {
-        if !any || asked.iter().any(|a| a == name) {
+        if !any || asked(name) {
             part();
         }
+    }
+    if peer {
+        peers(asked);
     }
 }

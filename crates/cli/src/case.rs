@@ -49,9 +49,15 @@ fn describe_packing(plan: &PackingPlan, description: &str) -> String {
     out += &format!("spheres           {}, mean radius {} m", plan.particles, n(plan.radius));
     out += &if axes.is_empty() { "\n".into() } else { format!(", periodic along {}\n", axes.join(", ")) };
     let breaks = if plan.breaks { "" } else { "; they do not break" };
-    out += &format!("bonds             {} (contact radius {}){breaks}\n", plan.bonds, n(plan.lattice.contact_radius));
+    let radius = plan.lattice.first().map_or(String::new(), |l| format!(" (contact radius {})", n(l.contact_radius)));
+    out += &format!("bonds             {}{radius}{breaks}\n", plan.bonds);
+    if plan.lattice.len() > 1 {
+        let names: Vec<&str> = plan.lattice.iter().map(|l| l.region.as_str()).collect();
+        out += &format!("regions           {}\n", names.join(", "));
+    }
     out += &format!("volume, mass      {} m³, {} kg\n", n(plan.volume), n(plan.mass));
     out += &format!("memory            {}\n", memory(plan.memory));
+    plan.warnings.iter().for_each(|warning| out += &format!("warning           {warning}\n"));
     out + &describe_conditions(&plan.conditions, &plan.probes, "spheres")
 }
 

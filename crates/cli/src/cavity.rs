@@ -16,10 +16,30 @@ const RADIUS: f64 = 0.3;
 const PRESSURE: f64 = 1e6;
 const STATIONS: [f64; 2] = [0.9, 1.8];
 
-/// Relative deviation accepted of the wall's displacements, of the axial one and of speeds: ten nodes in the radius.
-const OF_RATIO: f64 = 0.05;
-const OF_AXIAL: f64 = 0.08;
-const OF_SPEED: f64 = 0.03;
+/// Relative deviations accepted.
+struct Accepted {
+    /// Of the ratio of the wall's displacements.
+    ratio: f64,
+    /// Of the wall's displacement itself.
+    wall: f64,
+    /// Of the axial displacement over the radial one.
+    axial: f64,
+    /// Of speeds.
+    speed: f64,
+}
+
+/// Ten spacings Δ in the radius a, and surfaces that are calibrated: what is left is of the order (Δ/a)², 1 %, twice that where
+/// two displacements err on their own. Arrivals are those of half a peak, which moves against the front as the pulse widens:
+/// by up to 1.3 % of the speed.
+const GRID: Accepted = Accepted { ratio: 0.01, wall: 0.02, axial: 0.02, speed: 0.02 };
+
+/// Five mean diameters in the radius, and no calibration of surfaces: spheres at the wall have lost bonds, and it moves too far,
+/// by 6 % along the stiffer direction and 4 % along the softer one, which takes 2 % off their ratio.
+const PACKING: Accepted = Accepted { ratio: 0.03, wall: 0.08, axial: 0.02, speed: 0.02 };
+
+fn accepted(lattice: &str) -> Accepted {
+    if lattice == "grid" { GRID } else { PACKING }
+}
 
 /// The document's misprints in this section: none.
 pub const ERRATA: [&str; 0] = [];
@@ -76,19 +96,19 @@ fn softer(lattice: &str) -> Result<Vec<Finding>> {
     let s = statics(body, &cavity, ACROSS)?;
     let what = "wall displacement, softer over stiffer direction, axis in the section";
     Ok(vec![
-        finding(lattice, what, s.closed_ratio, OF_RATIO, s.ratio),
+        finding(lattice, what, s.closed_ratio, accepted(lattice).ratio, s.ratio),
         finding(
             lattice,
             "wall displacement u_x/a, axis in the section",
             s.closed[0][0] / RADIUS,
-            OF_AXIAL,
+            accepted(lattice).wall,
             s.wall[0][0] / RADIUS,
         ),
         finding(
             lattice,
             "wall displacement u_z/a, axis in the section",
             s.closed[1][2] / RADIUS,
-            OF_AXIAL,
+            accepted(lattice).wall,
             s.wall[1][2] / RADIUS,
         ),
     ])
@@ -103,10 +123,16 @@ fn axial(lattice: &str) -> Result<Vec<Finding>> {
             lattice,
             "wall displacement, softer over stiffer direction, dip 25°",
             s.closed_ratio,
-            OF_RATIO,
+            accepted(lattice).ratio,
             s.ratio,
         ),
-        finding(lattice, "axial over radial displacement at the crown, dip 25°", s.closed_axial, OF_AXIAL, s.axial),
+        finding(
+            lattice,
+            "axial over radial displacement at the crown, dip 25°",
+            s.closed_axial,
+            accepted(lattice).axial,
+            s.axial,
+        ),
     ])
 }
 
@@ -125,11 +151,17 @@ fn faster(lattice: &str) -> Result<Vec<Finding>> {
         lattice,
         "speed of arrival, along the layers over across, dip 25°",
         w.christoffel_ratio,
-        OF_SPEED,
+        accepted(lattice).speed,
         w.ratio,
     )];
     all.extend(w.arrivals.iter().enumerate().map(|(k, a)| {
-        finding(lattice, &format!("speed of arrival at {}° from x (m/s)", 15 * k), a.christoffel, OF_AXIAL, a.speed)
+        finding(
+            lattice,
+            &format!("speed of arrival at {}° from x (m/s)", 15 * k),
+            a.christoffel,
+            accepted(lattice).speed,
+            a.speed,
+        )
     }));
     Ok(all)
 }

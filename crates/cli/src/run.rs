@@ -113,8 +113,10 @@ fn describe_packing(p: &PackingSummary, steps: u64) -> String {
             "equilibrium       {steps} load steps; the last in {iterations} iterations, residual {residual:.1e}\n"
         );
     }
-    let (radius, coordination) = (n(p.lattice.contact_radius), n(p.lattice.coordination));
-    out += &format!("lattice           contact radius {radius}, {coordination} bonds per sphere\n");
+    if let Some(lattice) = p.lattice.first() {
+        let (radius, coordination) = (n(lattice.contact_radius), n(lattice.coordination));
+        out += &format!("lattice           contact radius {radius}, {coordination} bonds per sphere\n");
+    }
     if let Some(cell) = &p.cell {
         let row = |values: &[f64; 6], unit: f64| values.map(|x| n(x / unit)).join(" ");
         let (unit, name) = text::stress_unit(cell.stress.iter().fold(0.0, |m: f64, x| m.max(x.abs())));

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
-use common::torn::{checkpoint_exists, results, signal, start, torn};
+use common::torn::{checkpoint_exists, results, signal, start, torn, torn_packing};
 use common::{anisobond, folder, json, refused, write};
 
 /// The run whose results every disturbed one must have.
@@ -107,12 +107,33 @@ fn a_motion_that_explodes_stops_a_run() {
     assert!(!message(&again).contains("damaged"), "{}", message(&again));
 }
 
-/// Killed again and again while a checkpoint is written after every step.
+/// Spheres that a step above the stable one throws out, likewise.
+#[test]
+fn spheres_that_are_thrown_out_stop_a_run() {
+    let dir = folder();
+    let text = often(&torn_packing("200 us"));
+    let strength = &text[text.find("[strength]").unwrap()..text.find("[contact]").unwrap()];
+    let case = write(&dir, "blown.toml", &format!("{}step = '2 us'\nforce_step = true\n", text.replace(strength, "")));
+    let out = dir.path().join("out");
+    let first = message(&anisobond(&["run", &case, "-o", out.to_str().unwrap()]));
+    assert!(first.contains("has been thrown out at") && first.contains("torn, step "), "{first}");
+    assert!(first.contains("the last good checkpoint is kept in"), "{first}");
+    let again = resume(&case, &out);
+    assert!(!again.status.success() && message(&again).contains("has been thrown out at"), "{}", message(&again));
+}
+
 #[cfg(unix)]
 #[test]
 fn kills_while_checkpoints_are_written_lose_nothing() {
+    killed(&torn("30 us"));
+    killed(&torn_packing("60 us"));
+}
+
+/// Killed again and again while a checkpoint is written after every step.
+#[cfg(unix)]
+fn killed(text: &str) {
     let dir = folder();
-    let case = write(&dir, "torn.toml", &often(&torn("30 us")));
+    let case = write(&dir, "torn.toml", &often(text));
     let undisturbed = undisturbed(&dir, &case);
     let out = dir.path().join("out");
     let mut kills = 0;
@@ -142,12 +163,18 @@ fn kills_while_checkpoints_are_written_lose_nothing() {
     assert!(results(&out) == results(&undisturbed));
 }
 
-/// The newest checkpoint damaged: the one before is used, and that is said. Both damaged: one message, naming both.
 #[cfg(unix)]
 #[test]
 fn damaged_checkpoints_are_seen() {
+    damaged(&torn("60 us"));
+    damaged(&torn_packing("120 us"));
+}
+
+/// The newest checkpoint damaged: the one before is used, and that is said. Both damaged: one message, naming both.
+#[cfg(unix)]
+fn damaged(text: &str) {
     let dir = folder();
-    let case = write(&dir, "torn.toml", &often(&torn("60 us")));
+    let case = write(&dir, "torn.toml", &often(text));
     let undisturbed = undisturbed(&dir, &case);
     let out = dir.path().join("out");
     stopped(&case, &out);
@@ -173,13 +200,19 @@ fn damaged_checkpoints_are_seen() {
     assert!(results(&out) == results(&undisturbed));
 }
 
-/// A file that can grow no more, as on a full disk: it is named, nothing is half written, and once there is room the run
-/// goes on to the same results.
 #[cfg(unix)]
 #[test]
 fn a_full_disk_is_named_and_survived() {
+    full(&torn("60 us"));
+    full(&torn_packing("120 us"));
+}
+
+/// A file that can grow no more, as on a full disk: it is named, nothing is half written, and once there is room the run
+/// goes on to the same results.
+#[cfg(unix)]
+fn full(text: &str) {
     let dir = folder();
-    let text = torn("60 us").replace("probe_every = 10", "probe_every = 1").replace("'20 ms'", "'2 ms'");
+    let text = text.replace("probe_every = 10", "probe_every = 1").replace("'20 ms'", "'2 ms'");
     let case = write(&dir, "torn.toml", &text);
     let undisturbed = undisturbed(&dir, &case);
     let size = |name: &str| std::fs::metadata(undisturbed.join(name)).map_or(0, |m| m.len());

@@ -1,106 +1,17 @@
-//! Packings run as grids do: files, interruptions, the same case on either lattice, and what goes wrong.
+//! Packings run as grids do: files, the same case on either lattice, regions, and what goes wrong.
 
 mod common;
 
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
-use std::time::Duration;
+use std::path::Path;
 
+use common::torn::{PACKING, torn_packing};
 use common::{anisobond, folder, json, refused, write};
-use serde_json::Value;
-
-/// Spheres small in number, so that a packing is made at once.
-const PACKING: &str = "[packing]\nradius = '1 mm'\nnumber = 60\nseed = 5\ncontact_radius = 1.6\n";
-
-/// A bar of spheres that is torn; `motion` follows.
-const TORN: &str = "name = 'torn'\nmaterial = { class = 'isotropic', unit = 'GPa', engineering = { e = 20, nu = 0.2 } }\n\
-    density = '2600 kg/m3'\n[body]\nbox = { size = '18, 8, 8 mm' }\n\
-    [strength]\ntension = '20 MPa'\ncohesion = '20 MPa'\nfriction_angle = 20\n[contact]\nfriction = 0.5\n\
-    [model]\nkinematics = 'finite'\n\
-    [[condition]]\nname = 'left'\non = 'x-min'\nvelocity = ['-4 m/s', 0, 0]\n\
-    [[condition]]\non = 'x-max'\nvelocity = ['4 m/s', 0, 0]\n\
-    [[probe]]\nname = 'pull'\nquantity = 'reaction'\ncondition = 'left'\n\
-    [output]\nfields = ['displacement', 'damage', 'stress']\nframes = 3\nprobe_every = 10\ncheckpoint = '20 ms'\n\
-    slices = [{ axis = 'z', field = 'damage' }]\n";
-
-fn torn(duration: &str) -> String {
-    format!("{TORN}{PACKING}[motion]\nduration = '{duration}'\ndamping = '1000 1/s'\n")
-}
-
-/// What must not depend on interruptions: the summary but for its seconds, the probes and the last frame.
-fn results(out: &Path) -> (Value, String, Vec<u8>) {
-    let mut summary: Value = serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap();
-    summary["seconds"] = Value::Null;
-    let files = std::fs::read_dir(out).unwrap().map(|e| e.unwrap().path());
-    let mut frames: Vec<PathBuf> = files.filter(|p| p.extension().is_some_and(|e| e == "vtp")).collect();
-    frames.sort();
-    let probes = std::fs::read_to_string(out.join("probes.csv")).unwrap();
-    (summary, probes, std::fs::read(frames.last().unwrap()).unwrap())
-}
-
-fn start(case: &str, out: &Path, resume: bool) -> Child {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_anisobond"));
-    command.args(["run", case, "-o", out.to_str().unwrap()]);
-    if resume {
-        command.arg("--resume");
-    }
-    command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
-}
-
-fn checkpoint_exists(out: &Path) -> bool {
-    std::fs::read_dir(out)
-        .is_ok_and(|files| files.flatten().any(|f| f.file_name().to_string_lossy().starts_with("checkpoint")))
-}
-
-/// Interrupted by Ctrl-C and by kill -9 while bonds break and spheres touch: the same results as undisturbed.
-#[cfg(unix)]
-#[test]
-fn interrupted_runs_end_like_undisturbed_ones() {
-    let dir = folder();
-    let case = write(&dir, "torn.toml", &torn("300 us"));
-    let undisturbed = dir.path().join("undisturbed");
-    let r = json(&["run", &case, "-o", undisturbed.to_str().unwrap(), "--json"]);
-    assert!(r["packing"]["broken_bonds"].as_u64().unwrap() > 0, "{r}");
-    for how in ["-INT", "-KILL"] {
-        let out = dir.path().join(how);
-        let (mut resume, mut interruptions) = (false, 0);
-        loop {
-            let mut child = start(&case, &out, resume);
-            let mut running = true;
-            for _ in 0..if interruptions < 2 { 20 } else { 100_000 } {
-                running = child.try_wait().unwrap().is_none();
-                if !running {
-                    break;
-                }
-                std::thread::sleep(Duration::from_millis(if checkpoint_exists(&out) { 10 } else { 2 }));
-            }
-            if running {
-                assert!(Command::new("kill").args([how, &child.id().to_string()]).status().unwrap().success());
-                interruptions += 1;
-            }
-            let output = child.wait_with_output().unwrap();
-            let message = String::from_utf8(output.stderr).unwrap();
-            if output.status.success() {
-                break;
-            }
-            if how == "-INT" {
-                assert_eq!(output.status.code(), Some(130), "{message}");
-            }
-            resume = checkpoint_exists(&out);
-            if !resume {
-                std::fs::remove_dir_all(&out).ok();
-            }
-        }
-        assert!(interruptions > 0, "{how}: the run was too short to be interrupted");
-        assert!(results(&out) == results(&undisturbed), "{how}");
-    }
-}
 
 /// A run's folder: frames with their list, pictures, an animation, probes.
 #[test]
 fn a_run_has_its_files() {
     let dir = folder();
-    let case = write(&dir, "torn.toml", &torn("40 us"));
+    let case = write(&dir, "torn.toml", &torn_packing("40 us"));
     let out = dir.path().join("out");
     let r = json(&["run", &case, "-o", out.to_str().unwrap(), "--json"]);
     assert!(r["nodes"].as_u64().unwrap() > 50 && r["relative_drift"].as_f64().unwrap() < 0.1, "{r}");
@@ -145,6 +56,48 @@ fn the_same_case_on_either_lattice() {
     assert!((17e-6..20e-6).contains(&stretch[0]) && (20e-6..27e-6).contains(&stretch[1]), "{stretch:?}");
 }
 
+/// Two materials in one packing: a bar in series stretches as its halves do, and weighs what they weigh.
+#[test]
+fn regions_have_their_own_materials() {
+    let dir = folder();
+    let bar = |regions: &str| {
+        format!(
+            "density = '2600 kg/m3'\nmaterial = {{ class = 'isotropic', unit = 'GPa', engineering = {{ e = 20, nu = 0.2 }} }}\n\
+             [solids.half]\nbox = {{ min = '0, -6, -6 mm', max = '20, 6, 6 mm' }}\n{regions}\
+             [body]\nbox = {{ size = '40, 12, 12 mm' }}\n\
+             [packing]\nradius = '1 mm'\nnumber = 150\nseed = 2\ncontact_radius = 1.8\n\
+             [[condition]]\nname = 'left'\non = 'x-min'\ndisplacement = [0, 0, 0]\n\
+             [[condition]]\nname = 'pull'\non = 'x-max'\ntraction = ['10 MPa', 0, 0]\n[equilibrium]\n\
+             [[probe]]\nname = 'right'\nquantity = 'displacement'\non = 'x-max'\n\
+             [output]\nframes = 0\n"
+        )
+    };
+    let stiff = "density = '7800 kg/m3'\n\
+        material = { class = 'isotropic', unit = 'GPa', engineering = { e = 60, nu = 0.2 } }\n";
+    let half = format!("[[region]]\nname = 'hard'\nsolid = 'half'\n{stiff}[[region]]\nname = 'soft'\n");
+    let whole = format!("[[region]]\nname = 'hard'\n{stiff}");
+    let stretch = |name: &str, regions: &str| {
+        let case = write(&dir, &format!("{name}.toml"), &bar(regions));
+        let mass = json(&["check", &case, "--json"])["mass"].as_f64().unwrap();
+        let out = dir.path().join(name);
+        json(&["run", &case, "-o", out.to_str().unwrap(), "--json"]);
+        let probes = std::fs::read_to_string(out.join("probes.csv")).unwrap();
+        let at = probes.lines().next().unwrap().split(',').position(|n| n == "right_ux_m").unwrap();
+        (probes.lines().last().unwrap().split(',').nth(at).unwrap().parse::<f64>().unwrap(), mass)
+    };
+    let (soft, light) = stretch("soft", "");
+    let (hard, heavy) = stretch("hard", &whole);
+    let (both, between) = stretch("both", &half);
+    assert!((soft / hard - 3.0).abs() < 1e-6 && (heavy / light - 3.0).abs() < 1e-9, "{soft} {hard}");
+    let mean = 0.5 * (soft + hard);
+    assert!((both / mean - 1.0).abs() < 0.05, "{soft} {both} {hard}");
+    assert!((between / (2.0 * light) - 1.0).abs() < 0.05, "{light} {between} {heavy}");
+    let overlapping = format!("{half}solid = 'half'\n");
+    let case = write(&dir, "overlapping.toml", &bar(&overlapping));
+    let message = refused(&["check", &case], 2);
+    assert!(message.contains("overlaps region \"hard\" in") && message.contains("spheres"), "{message}");
+}
+
 /// A periodic packing under the servo: confined, strained, its bonds failing; curve, peak and stresses are there.
 #[test]
 fn a_triaxial_test_has_a_peak() {
@@ -183,7 +136,7 @@ fn a_triaxial_test_has_a_peak() {
 fn bad_cases_are_refused_by_name() {
     let dir = folder();
     let out = dir.path().join("out");
-    let good = torn("5 us");
+    let good = torn_packing("5 us");
     let with = |from: &str, to: &str| {
         assert!(good.contains(from), "{from}");
         good.replace(from, to)
@@ -227,7 +180,8 @@ fn bad_cases_are_refused_by_name() {
 #[test]
 fn an_exploding_step_is_named() {
     let dir = folder();
-    let text = torn("200 us").replace("[strength]\ntension = '20 MPa'\ncohesion = '20 MPa'\nfriction_angle = 20\n", "");
+    let text = torn_packing("200 us")
+        .replace("[strength]\ntension = '20 MPa'\ncohesion = '20 MPa'\nfriction_angle = 20\n", "");
     let case = write(&dir, "blown.toml", &format!("{text}step = '2 us'\nforce_step = true\n"));
     let out = dir.path().join("out");
     let output = anisobond(&["run", &case, "-o", out.to_str().unwrap()]);
@@ -240,7 +194,10 @@ fn an_exploding_step_is_named() {
 #[test]
 fn floaters_and_leavers_are_named() {
     let dir = folder();
-    let case = write(&dir, "loose.toml", &torn("20 us").replace("contact_radius = 1.6", "contact_radius = 1.02"));
+    let case =
+        write(&dir, "loose.toml", &torn_packing("20 us").replace("contact_radius = 1.6", "contact_radius = 1.02"));
+    let plan = json(&["check", &case, "--json"]);
+    assert!(plan["warnings"][0].as_str().unwrap().contains("spheres have no bond"), "{plan}");
     let out = dir.path().join("out");
     let output = anisobond(&["run", &case, "-o", out.to_str().unwrap()]);
     let message = String::from_utf8(output.stderr).unwrap();
@@ -248,7 +205,7 @@ fn floaters_and_leavers_are_named() {
         output.status.success() && message.contains("spheres have no bond") && message.contains("the first is sphere"),
         "{message}"
     );
-    let text = torn("600 us").replace("-4 m/s", "-60 m/s").replace("frames = 3", "frames = 0");
+    let text = torn_packing("600 us").replace("-4 m/s", "-60 m/s").replace("frames = 3", "frames = 0");
     let case = write(&dir, "flying.toml", &text);
     let out = dir.path().join("flying");
     let output = anisobond(&["run", &case, "-o", out.to_str().unwrap()]);
@@ -257,13 +214,16 @@ fn floaters_and_leavers_are_named() {
         output.status.success() && message.contains("have left the body's box; the first seen is sphere"),
         "{message}"
     );
+    let summary: serde_json::Value = serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap();
+    let leavers = &summary["packing"]["leavers"];
+    assert!(leavers["number"].as_u64().unwrap() > 0 && leavers["place"].is_array(), "{leavers}");
 }
 
 /// The plan of a run on a packing: its particles, step and time.
 #[test]
 fn check_names_spheres_step_and_time() {
     let dir = folder();
-    let case = write(&dir, "torn.toml", &torn("5 us"));
+    let case = write(&dir, "torn.toml", &torn_packing("5 us"));
     let plan = json(&["check", &case, "--json"]);
     let number = |key: &str| plan[key].as_f64().unwrap();
     assert!(number("stable_step_s") > 0.0 && number("step_s") < number("stable_step_s"));

@@ -4,15 +4,27 @@ mod common;
 
 use std::time::Duration;
 
-use common::torn::{checkpoint_exists, results, signal, start, torn};
+use common::torn::{checkpoint_exists, results, signal, start, torn, torn_packing};
 use common::{folder, json, refused, write};
 
-/// Interrupted by Ctrl-C and by kill -9, and gone on with: the same results as undisturbed.
 #[cfg(unix)]
 #[test]
 fn interrupted_runs_end_like_undisturbed_ones() {
+    interrupted(&torn("200 us"));
+}
+
+/// While bonds of spheres break and spheres touch.
+#[cfg(unix)]
+#[test]
+fn interrupted_runs_on_packings_end_like_undisturbed_ones() {
+    interrupted(&torn_packing("300 us"));
+}
+
+/// Interrupted by Ctrl-C and by kill -9, and gone on with: the same results as undisturbed.
+#[cfg(unix)]
+fn interrupted(text: &str) {
     let dir = folder();
-    let case = write(&dir, "torn.toml", &torn("200 us"));
+    let case = write(&dir, "torn.toml", text);
     let undisturbed = dir.path().join("undisturbed");
     let r = json(&["run", &case, "-o", undisturbed.to_str().unwrap(), "--json"]);
     assert!(r["energy"]["broken_bonds"].as_u64().unwrap() > 0, "{r}");

@@ -22,7 +22,7 @@ pub use corrected::{
 pub use grid_study::GridStudy;
 pub use lattice_study::{CorrectionChoice, LatticePlan, LatticeStudy, anisotropy_axis, turned_to_axis};
 pub use packing_simulation::{
-    CellDrive, CellState, PackingEvidence, PackingProblem, PackingSimulation, Peak, ServoPlan,
+    CellDrive, CellState, Leavers, PackingEvidence, PackingProblem, PackingSimulation, Peak, ServoPlan,
 };
 pub use problem::{
     Condition, Crack, FieldName, FractureEnergy, History, OutputPlan, Probe, Problem, Quantity, RegionMaterial,

@@ -2,6 +2,7 @@
 #![allow(dead_code)] // each test file uses its own part
 
 pub mod qp;
+pub mod spheres;
 
 use anisobond::calibration::Calibration;
 use anisobond::lattice::{Lattice, Neighbourhood, Packing};

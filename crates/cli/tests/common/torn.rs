@@ -17,6 +17,24 @@ pub fn torn(duration: &str) -> String {
     format!("{TORN}[motion]\nduration = '{duration}'\n")
 }
 
+/// Spheres small in number, so that a packing is made at once.
+pub const PACKING: &str = "[packing]\nradius = '1 mm'\nnumber = 60\nseed = 5\ncontact_radius = 1.6\n";
+
+/// A bar of spheres that is torn; `motion` follows.
+pub const TORN_PACKING: &str = "name = 'torn'\nmaterial = { class = 'isotropic', unit = 'GPa', engineering = { e = 20, nu = 0.2 } }\n\
+    density = '2600 kg/m3'\n[body]\nbox = { size = '18, 8, 8 mm' }\n\
+    [strength]\ntension = '20 MPa'\ncohesion = '20 MPa'\nfriction_angle = 20\n[contact]\nfriction = 0.5\n\
+    [model]\nkinematics = 'finite'\n\
+    [[condition]]\nname = 'left'\non = 'x-min'\nvelocity = ['-4 m/s', 0, 0]\n\
+    [[condition]]\non = 'x-max'\nvelocity = ['4 m/s', 0, 0]\n\
+    [[probe]]\nname = 'pull'\nquantity = 'reaction'\ncondition = 'left'\n\
+    [output]\nfields = ['displacement', 'damage', 'stress']\nframes = 3\nprobe_every = 10\ncheckpoint = '20 ms'\n\
+    slices = [{ axis = 'z', field = 'damage' }]\n";
+
+pub fn torn_packing(duration: &str) -> String {
+    format!("{TORN_PACKING}{PACKING}[motion]\nduration = '{duration}'\ndamping = '1000 1/s'\n")
+}
+
 /// What must not depend on interruptions: the summary but for its seconds and warnings, the probes and the last frame.
 pub fn results(out: &Path) -> (Value, String, Vec<u8>) {
     let mut summary: Value = serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap();
@@ -25,7 +43,7 @@ pub fn results(out: &Path) -> (Value, String, Vec<u8>) {
     let mut frames: Vec<PathBuf> = std::fs::read_dir(out)
         .unwrap()
         .map(|e| e.unwrap().path())
-        .filter(|p| p.extension().is_some_and(|e| e == "vti"))
+        .filter(|p| p.extension().is_some_and(|e| e == "vti" || e == "vtp"))
         .collect();
     frames.sort();
     let probes = std::fs::read_to_string(out.join("probes.csv")).unwrap();

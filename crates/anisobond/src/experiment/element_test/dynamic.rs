@@ -152,9 +152,7 @@ impl DynamicTest {
             let stretch = servo.gradient(&end.stress, unit.step)?;
             end.strain += stretch;
             // The stretch D takes l to exp(D) l, to second order.
-            body.deform(&(stretch + 0.5 * stretch * stretch));
-            unit.drift(&mut body);
-            let virial = body.evaluate(0.0)?.virial;
+            let virial = unit.move_on(&mut body, Some(&(stretch + 0.5 * stretch * stretch)))?.virial;
             end.stress = mean_stress(&body, &virial).unwrap_or_else(Matrix3::zeros);
             end.lateral = lateral(case, &end.stress);
             end.unbalanced = self.accelerate(mass, &mut body, virial.norm() / lengths, length);

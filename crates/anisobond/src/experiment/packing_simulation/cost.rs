@@ -44,9 +44,10 @@ impl PackingProblem {
                 })
             }
             Schedule::Equilibrium { steps, .. } => {
-                let mut simulation = PackingSimulation::new(self.clone())?;
+                PackingSimulation::new(self.clone())?;
+                let mut particles = Particles::new(self.model.clone())?;
                 let start = Instant::now();
-                simulation.particles.evaluate(0.0)?;
+                particles.evaluate(0.0)?;
                 let passes = PASSES_ACROSS * (self.model.packing.len() as f64).cbrt();
                 let expected_seconds = steps as f64 * passes * start.elapsed().as_secs_f64();
                 Ok(RunCost { stable_step_s: None, step_s: None, steps: steps as u64, expected_seconds })

@@ -20,15 +20,15 @@ impl PackingSimulation {
         let nodes = || probe.nodes.iter().map(|&node| node as usize);
         let sum = |value: &dyn Fn(usize) -> Vector3<f64>| nodes().fold(Vector3::zeros(), |sum, node| sum + value(node));
         match probe.quantity {
-            Quantity::Displacement => (sum(&|s| self.particles.displacement(s)) / count).iter().copied().collect(),
+            Quantity::Displacement => (sum(&|s| self.particles().displacement(s)) / count).iter().copied().collect(),
             Quantity::Velocity if !self.is_motion() => vec![0.0; 3],
-            Quantity::Velocity => (sum(&|s| self.particles.velocity(s)) / count).iter().copied().collect(),
+            Quantity::Velocity => (sum(&|s| self.particles().velocity(s)) / count).iter().copied().collect(),
             Quantity::Reaction => {
-                let forces = self.particles.forces();
+                let forces = self.particles().forces();
                 (-sum(&|s| forces[s])).iter().copied().collect()
             }
             Quantity::Damage => {
-                let damage = self.particles.damage();
+                let damage = self.particles().damage();
                 vec![nodes().map(|s| damage[s]).sum::<f64>() / count]
             }
         }
@@ -36,20 +36,20 @@ impl PackingSimulation {
 
     /// The largest damage of a sphere (–).
     pub fn largest_damage(&self) -> f64 {
-        self.particles.damage().into_iter().fold(0.0, f64::max)
+        self.particles().damage().into_iter().fold(0.0, f64::max)
     }
 
     /// A field: numbers per sphere, and the numbers of all spheres one after another. Stress (Pa) and energy density
     /// (J/m³) are those of the bonds, half of each for either end, over the volume of rock that a sphere stands for.
     pub fn field(&self, name: FieldName) -> (usize, Vec<f32>) {
-        let n = self.particles.len();
+        let n = self.particles().len();
         match name {
-            FieldName::Displacement => (3, vectors(&self.particles.displacements())),
+            FieldName::Displacement => (3, vectors(&self.particles().displacements())),
             FieldName::Velocity if !self.is_motion() => (3, vec![0.0; 3 * n]),
-            FieldName::Velocity => (3, vectors(&self.particles.velocities())),
-            FieldName::Force => (3, vectors(&self.particles.forces())),
-            FieldName::Damage => (1, self.particles.damage().into_iter().map(|d| d as f32).collect()),
-            FieldName::Region => (1, vec![1.0; n]),
+            FieldName::Velocity => (3, vectors(&self.particles().velocities())),
+            FieldName::Force => (3, vectors(&self.particles().forces())),
+            FieldName::Damage => (1, self.particles().damage().into_iter().map(|d| d as f32).collect()),
+            FieldName::Region => (1, self.problem.region.iter().map(|&r| f32::from(r) + 1.0).collect()),
             FieldName::Energy => {
                 let mut energy = vec![0.0; n];
                 self.each_bond(|end, carried| energy[end] += 0.5 * carried.energy / self.problem.volumes[end]);
@@ -69,10 +69,10 @@ impl PackingSimulation {
     /// Every whole bond, once for either end.
     fn each_bond(&self, mut see: impl FnMut(usize, &Carried)) {
         let model = &self.problem.model;
-        let (u, turns) = (self.particles.displacements(), self.particles.rotations());
-        let strain = self.particles.deformation().map_or(Matrix3::zeros(), |f| f - Matrix3::identity());
+        let (u, turns) = (self.particles().displacements(), self.particles().rotations());
+        let strain = self.particles().deformation().map_or(Matrix3::zeros(), |f| f - Matrix3::identity());
         let centres = model.packing.centres();
-        for (bond, _) in model.bonds.iter().zip(self.particles.whole()).filter(|(_, whole)| **whole) {
+        for (bond, _) in model.bonds.iter().zip(self.particles().whole()).filter(|(_, whole)| **whole) {
             let (a, b) = (bond.a as usize, bond.b as usize);
             // An image moves with the cell, too.
             let image = strain * (bond.branch - (centres[b] - centres[a]));
@@ -96,18 +96,44 @@ fn linear(bond: &StiffBond, moved: &Vector3<f64>, turn: &Vector3<f64>) -> Carrie
     Carried { energy: 0.5 * force.dot(&delta), virial: force * bond.branch.transpose() }
 }
 
-/// The gradient of U = ½ k_n (ℓ − ℓ₀)² + ½ k_t |t|², t = (I − n⊗n) m, m = ½(R_a + R_b) L₀.
+/// U = ½ k_n (ℓ − ℓ₀)² + ½ k_t ℓ ℓ₀ |τ|², τ = m − (n·m) n, m = ½(R_a + R_b) L₀/ℓ₀, and its gradient, as the kernel has them.
 fn finite(bond: &StiffBond, moved: &Vector3<f64>, carried_twice: &Vector3<f64>) -> Carried {
-    let branch = bond.branch + moved;
-    let (length, m) = (branch.norm(), 0.5 * carried_twice);
+    let (rest, branch) = (bond.branch.norm(), bond.branch + moved);
+    let (length, m) = (branch.norm(), carried_twice / (2.0 * rest));
     let n = branch / length;
-    let t = m - n * n.dot(&m);
-    let stretch = length - bond.branch.norm();
-    let force = n * (bond.normal * stretch) - t * (bond.tangential * n.dot(&m) / length);
-    let energy = 0.5 * bond.normal * stretch * stretch + 0.5 * bond.tangential * t.norm_squared();
+    let along = n.dot(&m);
+    let t = m - n * along;
+    let (stretch, shear) = (length - rest, bond.tangential * rest);
+    let force = n * (bond.normal * stretch + 0.5 * shear * t.norm_squared()) - t * (shear * along);
+    let energy = 0.5 * bond.normal * stretch * stretch + 0.5 * shear * length * t.norm_squared();
     Carried { energy, virial: force * branch.transpose() }
 }
 
 fn vectors(field: &[Vector3<f64>]) -> Vec<f32> {
     field.iter().flat_map(|v| [v.x as f32, v.y as f32, v.z as f32]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::UnitQuaternion;
+
+    use super::*;
+    use crate::operator::particles::naive::finite_energy;
+
+    #[test]
+    fn fields_are_those_of_the_kernel_s_energy() {
+        let bond = StiffBond { a: 0, b: 1, branch: Vector3::new(0.7, -0.4, 1.1), normal: 3e5, tangential: 1e5 };
+        let [a, b] = [[0.1, 0.2, -0.1], [-0.15, 0.1, 0.2]].map(|v| UnitQuaternion::from_scaled_axis(Vector3::from(v)));
+        let moved = Vector3::new(0.05, 0.12, -0.08);
+        let energy = |moved: &Vector3<f64>| finite_energy(&bond, [Vector3::zeros(), *moved], [a, b]);
+        let ours = finite(&bond, &moved, &(a * bond.branch + b * bond.branch));
+        assert!((ours.energy / energy(&moved) - 1.0).abs() < 1e-12);
+        let (branch, h) = (bond.branch + moved, 1e-6);
+        for axis in 0..3 {
+            let e = Vector3::ith(axis, h);
+            let slope = (energy(&(moved + e)) - energy(&(moved - e))) / (2.0 * h);
+            // Of F⊗l, row by row.
+            assert!((ours.virial[(axis, 2)] - slope * branch.z).abs() < 1e-6 * ours.virial.norm());
+        }
+    }
 }

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use serde::Serialize;
 
+use super::loose::Joined;
 use crate::experiment::element_test::Rotations;
 use crate::experiment::problem::{Condition, OutputPlan, Probe, Schedule};
 use crate::operator::particles::ParticleModel;
@@ -17,6 +18,8 @@ pub struct PackingProblem {
     pub model: ParticleModel,
     /// Volume of rock (m³), pores included, that each sphere stands for.
     pub volumes: Vec<f64>,
+    /// Number of the region of each, from 0.
+    pub region: Vec<u16>,
     /// Where the origin of the packing's coordinates lies in those of the case (m).
     pub origin: Vector3<f64>,
     /// Axes along which the body is periodic. Along the others the packing's cell, if there is one, is so large that no
@@ -38,8 +41,8 @@ pub struct PackingProblem {
     pub probes: Vec<Probe>,
     /// Files.
     pub output: OutputPlan,
-    /// What the lattice is, for the summary.
-    pub evidence: PackingEvidence,
+    /// What the lattice of every region is, for the summary.
+    pub evidence: Vec<PackingEvidence>,
 }
 
 impl PackingProblem {
@@ -52,6 +55,11 @@ impl PackingProblem {
     pub fn mean_radius(&self) -> f64 {
         let radii = self.model.packing.radii();
         radii.iter().sum::<f64>() / radii.len() as f64
+    }
+
+    /// What a user should know before a run: spheres without bonds, and parts that no bond joins.
+    pub fn warnings(&self) -> Vec<String> {
+        Joined::new(self).warnings(self)
     }
 
     /// Whether the body is periodic along all axes.
@@ -92,6 +100,8 @@ pub struct ServoPlan {
 /// What a packing's lattice is, and what was asked of it.
 #[derive(Clone, Debug, Serialize)]
 pub struct PackingEvidence {
+    /// Name of the region.
+    pub region: String,
     /// Contact radius I_R.
     pub contact_radius: f64,
     /// Bonds per sphere of the periodic packing that the body is made from.
@@ -137,5 +147,18 @@ pub struct Peak {
     /// Axial strain there (–).
     pub strain: f64,
     /// Moment (s).
+    pub time: f64,
+}
+
+/// Spheres that are outside the box around a free body: its bounds at the start, enlarged on every side by half their diagonal.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, serde::Deserialize)]
+pub struct Leavers {
+    /// Number of them when last looked at.
+    pub number: usize,
+    /// The first that was seen, counted from 1.
+    pub first: usize,
+    /// Where it was then (m).
+    pub place: [f64; 3],
+    /// When (s).
     pub time: f64,
 }

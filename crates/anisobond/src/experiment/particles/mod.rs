@@ -1,11 +1,7 @@
-//! Spheres under conditions: motion in time with its energies, and a triaxial test to failure.
+//! Spheres in motion with the ledger of their energies: what every run, test and study of packings steps with.
 
-mod conditions;
-mod ledger;
 mod motion;
-mod triaxial;
 
-pub use conditions::ParticleCondition;
-pub use ledger::ParticleLedger;
+pub(in crate::experiment) use motion::Progress;
+pub(in crate::experiment) use motion::checked_step;
 pub use motion::{MotionPlan, ParticleMotion};
-pub use triaxial::{TriaxialPoint, TriaxialResult, TriaxialTest};

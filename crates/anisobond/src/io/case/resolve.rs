@@ -13,7 +13,7 @@ use super::{CaseFile, Spot};
 use crate::Result;
 use crate::experiment::{Condition, Crack, History, Probe, Problem, RegionMaterial, Schedule};
 use crate::lattice::solid;
-use crate::lattice::{Body, Neighbourhood};
+use crate::lattice::{Body, Neighbourhood, Solid};
 
 /// A node on the border of two layers, within so many spacings, is in the lower one.
 const ON_BORDER: f64 = 1e-9;
@@ -85,7 +85,14 @@ fn filled(case: &CaseFile) -> Result<Filled> {
         return Err(spot.wrong("the body holds no node", "use a smaller spacing, or check its solids and units"));
     }
     let mut body = Body { region: inside.into_iter().map(u16::from).collect(), grid };
-    let owners = owners(&case.regions, &body)?;
+    let sites = Sites {
+        called: "nodes",
+        number: body.region.len(),
+        has: &|i| body.has(i),
+        inside: &|shape| solid::inside(shape, &body.grid),
+        position: &|i| body.grid.position(i),
+    };
+    let owners = owners(&case.regions, &sites)?;
     let mut materials = Vec::new();
     let mut ranges = Vec::new();
     for (n, statement) in case.regions.iter().enumerate() {
@@ -134,27 +141,40 @@ fn region_material(
     })
 }
 
-/// Per node, 1 + the number of the region of the file that has it; 0 outside the body.
-fn owners(regions: &[RegionStatement], body: &Body) -> Result<Vec<u16>> {
-    let mut owner = vec![0u16; body.region.len()];
+/// What regions are laid over: the nodes of a grid, or spheres.
+pub(super) struct Sites<'a> {
+    /// "nodes" or "spheres".
+    pub called: &'a str,
+    pub number: usize,
+    /// Whether the body has it.
+    pub has: &'a dyn Fn(usize) -> bool,
+    /// Which are inside a solid.
+    pub inside: &'a dyn Fn(&Solid) -> Vec<bool>,
+    /// Where it is (m).
+    pub position: &'a dyn Fn(usize) -> Vector3<f64>,
+}
+
+/// Per site, 1 + the number of the region of the file that has it; 0 outside the body.
+pub(super) fn owners(regions: &[RegionStatement], sites: &Sites) -> Result<Vec<u16>> {
+    let mut owner = vec![0u16; sites.number];
     for (n, region) in regions.iter().enumerate() {
         let Some(shape) = &region.solid else { continue };
-        let within = solid::inside(shape, &body.grid);
-        let mine: Vec<usize> = (0..owner.len()).filter(|&i| within[i] && body.has(i)).collect();
+        let within = (sites.inside)(shape);
+        let mine: Vec<usize> = (0..owner.len()).filter(|&i| within[i] && (sites.has)(i)).collect();
         if mine.is_empty() {
-            return Err(empty_region(region, "its solid holds none of the body's"));
+            return Err(empty_region(region, sites.called, "its solid holds none of the body's"));
         }
         let taken = mine.iter().filter(|&&i| owner[i] > 0).count();
         if let Some(&first) = mine.iter().find(|&&i| owner[i] > 0).filter(|_| !region.over) {
             let other = &regions[usize::from(owner[first]) - 1].name;
             return Err(region.spot.wrong(
-                format!("region {:?} overlaps region {other:?} in {taken} nodes", region.name),
+                format!("region {:?} overlaps region {other:?} in {taken} {}", region.name, sites.called),
                 "make them disjoint, or write over = true in the later one to let it take them",
             ));
         }
         mine.iter().for_each(|&i| owner[i] = n as u16 + 1);
     }
-    let left = (0..owner.len()).filter(|&i| body.has(i) && owner[i] == 0);
+    let left = (0..owner.len()).filter(|&i| (sites.has)(i) && owner[i] == 0);
     match regions.iter().position(|r| r.solid.is_none()) {
         Some(rest) => {
             let left: Vec<usize> = left.collect();
@@ -163,9 +183,12 @@ fn owners(regions: &[RegionStatement], body: &Body) -> Result<Vec<u16>> {
         None => {
             let (count, first) = (left.clone().count(), left.clone().next());
             if let (Some(first), Some(region)) = (first, regions.last()) {
-                let x = body.grid.position(first);
+                let (x, called) = ((sites.position)(first), sites.called);
                 return Err(region.spot.wrong(
-                    format!("{count} nodes of the body are in no region, the first at ({}, {}, {}) m", x.x, x.y, x.z),
+                    format!(
+                        "{count} {called} of the body are in no region, the first at ({}, {}, {}) m",
+                        x.x, x.y, x.z
+                    ),
                     "add a region without solid: it takes all the rest",
                 ));
             }
@@ -174,13 +197,13 @@ fn owners(regions: &[RegionStatement], body: &Body) -> Result<Vec<u16>> {
     let mut filled = vec![false; regions.len() + 1];
     owner.iter().for_each(|&o| filled[usize::from(o)] = true);
     match regions.iter().enumerate().find(|(n, _)| !filled[n + 1]) {
-        Some((_, region)) => Err(empty_region(region, "other regions have all of its")),
+        Some((_, region)) => Err(empty_region(region, sites.called, "other regions have all of its")),
         None => Ok(owner),
     }
 }
 
-fn empty_region(region: &RegionStatement, why: &str) -> crate::Error {
-    let problem = format!("region {:?} has no nodes: {why}", region.name);
+fn empty_region(region: &RegionStatement, called: &str, why: &str) -> crate::Error {
+    let problem = format!("region {:?} has no {called}: {why}", region.name);
     region.spot.wrong(problem, "check its solid and its units, or use a smaller spacing")
 }
 

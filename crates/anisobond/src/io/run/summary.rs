@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use crate::experiment::{
-    CellState, CrackPath, Ledger, PackingEvidence, PackingSimulation, Peak, RegionEvidence, Simulation, StaticEvidence,
-    StepEvidence,
+    CellState, CrackPath, Leavers, Ledger, PackingEvidence, PackingSimulation, Peak, RegionEvidence, Simulation,
+    StaticEvidence, StepEvidence,
 };
 use crate::solver::SolverReport;
 
@@ -50,10 +50,12 @@ pub struct RunSummary {
 /// What a packing's run comes to besides.
 #[derive(Clone, Debug, Serialize)]
 pub struct PackingSummary {
-    /// The lattice.
-    pub lattice: PackingEvidence,
+    /// The lattice, by region.
+    pub lattice: Vec<PackingEvidence>,
     /// Spheres without a bond.
     pub floaters: usize,
+    /// Spheres that have left the body's box; `None` if none has.
+    pub leavers: Option<Leavers>,
     /// Bonds broken.
     pub broken_bonds: u64,
     /// The last solve; `None` in motion.
@@ -85,6 +87,7 @@ impl RunSummary {
             packing: Some(PackingSummary {
                 lattice: simulation.problem().evidence.clone(),
                 floaters: simulation.floaters().len(),
+                leavers: simulation.leavers(),
                 broken_bonds: energy.broken_bonds,
                 equilibrium: simulation.static_evidence(),
                 cell: simulation.cell(),

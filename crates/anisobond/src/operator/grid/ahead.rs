@@ -1,7 +1,7 @@
 //! Memory that is asked for ahead of its use.
 
 /// Bytes of a line of the cache.
-const LINE: usize = 64;
+pub const LINE: usize = 64;
 
 /// Stretches of memory that will soon be needed, which the kernels ask for line by line between their bonds, so that it
 /// comes into the second cache meanwhile. The processor does not foresee them: rows are visited in an order of their own.

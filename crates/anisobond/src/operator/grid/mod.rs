@@ -4,7 +4,7 @@
 //! whose neighbours have the same stencil or are missing, are taken a vector at a time (`kernels`); the others one by one,
 //! with the mean of what both ends of a bond say (`special`).
 
-mod ahead;
+pub(super) mod ahead;
 mod aligned;
 mod build;
 mod failing;

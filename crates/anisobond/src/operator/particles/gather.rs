@@ -21,7 +21,11 @@ impl Others {
         #[cfg(target_arch = "x86_64")]
         if L::N == LANES {
             // One comparison for all eight.
-            assert!(to.iter().all(|&i| (i as usize) < poses.len()), "a bond leads to a particle that is not there");
+            let mut largest = to[0];
+            for &i in to {
+                largest = largest.max(i);
+            }
+            assert!((largest as usize) < poses.len(), "a bond leads to a particle that is not there");
             // SAFETY: numbers are within the poses; vectors of eight f64 are those of AVX-512.
             return unsafe { turned_lines(poses.as_ptr(), to) };
         }
@@ -48,21 +52,47 @@ impl Others {
 #[inline]
 unsafe fn turned_lines(poses: *const Pose, to: &[u32; LANES]) -> Others {
     use std::arch::x86_64::*;
-    // SAFETY: a pose is 64 aligned bytes, and the caller's numbers are within.
-    let line = |l: usize| unsafe { _mm512_load_pd(poses.add(to[l] as usize).cast()) };
-    let pairs = [(line(0), line(1)), (line(2), line(3)), (line(4), line(5)), (line(6), line(7))];
-    let even = pairs.map(|(a, b)| _mm512_unpacklo_pd(a, b));
-    let odd = pairs.map(|(a, b)| _mm512_unpackhi_pd(a, b));
+    // Macros, not closures: those are inlined or not as the compiler likes, and ten times slower where they are not.
+    macro_rules! line {
+        // SAFETY: a pose is 64 aligned bytes, and the caller's numbers are within.
+        ($l:literal) => {
+            unsafe { _mm512_load_pd(poses.add(to[$l] as usize).cast()) }
+        };
+    }
+    macro_rules! numbers {
+        // SAFETY: eight numbers either way.
+        ($v:expr) => {
+            unsafe { std::mem::transmute::<__m512d, [f64; LANES]>($v) }
+        };
+    }
+    macro_rules! quarters {
+        ($which:literal, $a:expr, $b:expr) => {
+            _mm512_shuffle_f64x2::<$which>($a, $b)
+        };
+    }
+    let (a, b, c, d) = (line!(0), line!(1), line!(2), line!(3));
+    let (e, f, g, h) = (line!(4), line!(5), line!(6), line!(7));
+    // Columns 0 2 4 6 and 1 3 5 7 of each pair of lines.
+    let (ab, cd) = (_mm512_unpacklo_pd(a, b), _mm512_unpacklo_pd(c, d));
+    let (ef, gh) = (_mm512_unpacklo_pd(e, f), _mm512_unpacklo_pd(g, h));
+    let (ab1, cd1) = (_mm512_unpackhi_pd(a, b), _mm512_unpackhi_pd(c, d));
+    let (ef1, gh1) = (_mm512_unpackhi_pd(e, f), _mm512_unpackhi_pd(g, h));
     // Columns c and c + 4 come from the quarters 0 and 2 of each, columns c + 2 and c + 6 from 1 and 3.
-    let outer = |t: [__m512d; 4]| (_mm512_shuffle_f64x2::<0x88>(t[0], t[1]), _mm512_shuffle_f64x2::<0x88>(t[2], t[3]));
-    let inner = |t: [__m512d; 4]| (_mm512_shuffle_f64x2::<0xdd>(t[0], t[1]), _mm512_shuffle_f64x2::<0xdd>(t[2], t[3]));
-    let first = |(a, b): (__m512d, __m512d)| _mm512_shuffle_f64x2::<0x88>(a, b);
-    let second = |(a, b): (__m512d, __m512d)| _mm512_shuffle_f64x2::<0xdd>(a, b);
-    let (c04, c26, c15, c37) = (outer(even), inner(even), outer(odd), inner(odd));
-    // SAFETY: eight numbers either way.
-    let numbers = |v: __m512d| unsafe { std::mem::transmute::<__m512d, [f64; LANES]>(v) };
+    let (c04, c04_) = (quarters!(0x88, ab, cd), quarters!(0x88, ef, gh));
+    let (c26, c26_) = (quarters!(0xdd, ab, cd), quarters!(0xdd, ef, gh));
+    let (c15, c15_) = (quarters!(0x88, ab1, cd1), quarters!(0x88, ef1, gh1));
+    let (c37, c37_) = (quarters!(0xdd, ab1, cd1), quarters!(0xdd, ef1, gh1));
     Others {
-        displacement: [first(c04), first(c15), first(c26)].map(numbers),
-        turn: [second(c04), second(c15), second(c26), second(c37)].map(numbers),
+        displacement: [
+            numbers!(quarters!(0x88, c04, c04_)),
+            numbers!(quarters!(0x88, c15, c15_)),
+            numbers!(quarters!(0x88, c26, c26_)),
+        ],
+        turn: [
+            numbers!(quarters!(0xdd, c04, c04_)),
+            numbers!(quarters!(0xdd, c15, c15_)),
+            numbers!(quarters!(0xdd, c26, c26_)),
+            numbers!(quarters!(0xdd, c37, c37_)),
+        ],
     }
 }

@@ -7,11 +7,12 @@
 //! Viscous damping α acts on the mean of both velocities, m (v₊ − v₋)/h = F − α m (v₊ + v₋)/2. Local damping λ (Cundall)
 //! lowers every component of a force by the part λ|F| while it drives the motion and raises it while it brakes.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
+use crate::Result;
 use crate::operator::Kinematics;
-use crate::operator::particles::Particles;
+use crate::operator::particles::{Particles, Sums};
 use crate::solver::Kick;
 
 /// The scheme's numbers.
@@ -228,6 +229,18 @@ impl Verlet {
         }
         state.loads[s.place].force = s.own[0];
         state.loads[s.place].moment = s.own[1];
+    }
+
+    /// One step of the places: [`Verlet::drift`], a periodic cell moved by a gradient D (–), and the forces there.
+    ///
+    /// # Errors
+    /// As [`Particles::evaluate`].
+    pub fn move_on(&self, particles: &mut Particles, gradient: Option<&Matrix3<f64>>) -> Result<Sums> {
+        self.drift(particles);
+        if let Some(gradient) = gradient {
+            particles.deform(gradient);
+        }
+        particles.evaluate(self.step)
     }
 
     /// Advance displacements and rotations by the velocities: u += h v, R ← exp(h ω) R.

@@ -6,6 +6,8 @@ use super::{PackingStatement, Source};
 use crate::calibration::Model;
 use crate::experiment::element_test::ElementTest;
 use crate::experiment::{Correction, CorrectionChoice, LatticePlan, LatticeStudy, PackingEvidence, anisotropy_axis};
+use crate::io::case::matter::RegionStatement;
+use crate::io::case::resolve::{Sites, owners};
 use crate::io::case::{CaseFile, Spot};
 use crate::io::packing::read_packing;
 use crate::lattice::generate::{Outcome, random};
@@ -27,6 +29,8 @@ pub(super) struct Spheres {
     pub bonds: Vec<StiffBond>,
     /// Volume of rock that each stands for (m³).
     pub volumes: Vec<f64>,
+    /// Number of the region of the file that has each, from 0.
+    pub region: Vec<u16>,
     /// Origin of the packing's coordinates in those of the case (m).
     pub origin: Vector3<f64>,
     pub periodic: [bool; 3],
@@ -34,7 +38,8 @@ pub(super) struct Spheres {
     pub shape: Option<Solid>,
     /// The box around it, along periodic axes the cell (m).
     pub bounds: [Vector3<f64>; 2],
-    pub evidence: PackingEvidence,
+    /// Of every region of the file.
+    pub evidence: Vec<PackingEvidence>,
 }
 
 impl Spheres {
@@ -69,12 +74,17 @@ pub(super) fn packing(p: &PackingStatement) -> Result<Packing> {
     Ok(packing)
 }
 
-/// The spheres of a case, bonded for a stiffness (Pa).
-pub(super) fn spheres(case: &CaseFile, p: &PackingStatement, stiffness: &Stiffness) -> Result<Spheres> {
+/// The spheres of a case, bonded for the stiffness (Pa) of each region.
+pub(super) fn spheres(case: &CaseFile, p: &PackingStatement, stiffness: &[Stiffness]) -> Result<Spheres> {
     let packing = packing(p)?;
     let frame = Frame::new(case, p, &packing.cell().unwrap_or_else(Vector3::zeros))?;
-    let study = study(packing, p, stiffness)?;
-    cut(&study, &frame, p)
+    // The same contacts with the stiffnesses of one region and of another.
+    let named = |(region, stiffness): (&RegionStatement, _)| {
+        study(packing.clone(), p, stiffness)
+            .map_err(|e| if case.regions.len() > 1 { e.at(format!("region {:?}", region.name)) } else { e })
+    };
+    let studies = case.regions.iter().zip(stiffness).map(named).collect::<Result<Vec<_>>>()?;
+    cut(case, &studies, &frame, p)
 }
 
 /// The lattice of the packing, calibrated.
@@ -155,8 +165,22 @@ impl Frame {
     }
 }
 
-/// Tiles the lattice and keeps what is in the body: spheres whose centres are inside, bonds between them.
-fn cut(study: &LatticeStudy, frame: &Frame, p: &PackingStatement) -> Result<Spheres> {
+/// Which region of the file each sphere at a place (m) belongs to.
+fn regions(case: &CaseFile, places: &[Vector3<f64>]) -> Result<Vec<u16>> {
+    let sites = Sites {
+        called: "spheres",
+        number: places.len(),
+        has: &|_| true,
+        inside: &|shape| places.iter().map(|x| shape.contains(x, 0.0)).collect(),
+        position: &|i| places[i],
+    };
+    Ok(owners(&case.regions, &sites)?.into_iter().map(|owner| owner - 1).collect())
+}
+
+/// Tiles the lattice and keeps what is in the body: spheres whose centres are inside, bonds between them. A bond between
+/// two regions has the mean of their stiffnesses.
+fn cut(case: &CaseFile, studies: &[LatticeStudy], frame: &Frame, p: &PackingStatement) -> Result<Spheres> {
+    let study = &studies[0];
     let packing = &study.lattice.packing;
     let edges = packing.cell().unwrap_or_else(Vector3::zeros);
     let n = packing.len();
@@ -188,6 +212,12 @@ fn cut(study: &LatticeStudy, frame: &Frame, p: &PackingStatement) -> Result<Sphe
     if let (true, Some((spot, _))) = (centres.is_empty(), &frame.shape) {
         return Err(spot.wrong("the body holds no sphere", "use smaller spheres, or check its solids and units"));
     }
+    let places: Vec<Vector3<f64>> = centres.iter().map(|x| x + frame.origin).collect();
+    let region = regions(case, &places)?;
+    let stiffness = |end: u32, contact: usize| {
+        let own = &studies[usize::from(region[end as usize])].stiffness;
+        [own.normal[contact], own.tangential[contact]]
+    };
     let mut bonds = Vec::new();
     for tile in 0..tiles as usize {
         let at = tile_of(tile);
@@ -205,7 +235,8 @@ fn cut(study: &LatticeStudy, frame: &Frame, p: &PackingStatement) -> Result<Sphe
             }
             let ends = [kept[tile * n + a], kept[number(other) * n + b]];
             if inside && ends.iter().all(|e| *e != u32::MAX) {
-                let (normal, tangential) = (study.stiffness.normal[number_of], study.stiffness.tangential[number_of]);
+                let [a, b] = ends.map(|end| stiffness(end, number_of));
+                let [normal, tangential] = [0, 1].map(|k| 0.5 * (a[k] + b[k]));
                 bonds.push(StiffBond { a: ends[0], b: ends[1], branch: contact.branch, normal, tangential });
             }
         }
@@ -226,24 +257,32 @@ fn cut(study: &LatticeStudy, frame: &Frame, p: &PackingStatement) -> Result<Sphe
         }
     };
     let lift = Vector3::new(lift(0), lift(1), lift(2));
-    let measured = study
-        .correction
-        .as_ref()
-        .map(|(_, report)| Stiffness::from_voigt(&nalgebra::Matrix6::from_fn(|i, j| report.measured[i][j])));
+    let evidence = case.regions.iter().zip(studies).map(|(region, study)| evidence(&region.name, study, p));
     Ok(Spheres {
         packing: Packing::new(cell, centres.into_iter().map(|x| x + lift).collect(), radii)?,
         bonds,
         volumes,
+        region,
         origin: frame.origin - lift,
         periodic: p.periodic,
         shape: frame.shape.as_ref().map(|s| s.1.clone()),
         bounds: frame.bounds,
-        evidence: PackingEvidence {
-            contact_radius: p.contact_radius,
-            coordination: 2.0 * study.lattice.contacts.len() as f64 / n as f64,
-            prescribed: study.prescribed,
-            summed: study.summed(),
-            measured: measured.transpose()?,
-        },
+        evidence: evidence.collect::<Result<_>>()?,
+    })
+}
+
+/// What a region's lattice is.
+fn evidence(region: &str, study: &LatticeStudy, p: &PackingStatement) -> Result<PackingEvidence> {
+    let measured = study
+        .correction
+        .as_ref()
+        .map(|(_, report)| Stiffness::from_voigt(&nalgebra::Matrix6::from_fn(|i, j| report.measured[i][j])));
+    Ok(PackingEvidence {
+        region: region.to_string(),
+        contact_radius: p.contact_radius,
+        coordination: 2.0 * study.lattice.contacts.len() as f64 / study.lattice.packing.len() as f64,
+        prescribed: study.prescribed,
+        summed: study.summed(),
+        measured: measured.transpose()?,
     })
 }

@@ -26,8 +26,10 @@ pub struct PackingPlan {
     pub breaks: bool,
     /// Estimate of the memory of a run (bytes).
     pub memory: u64,
-    /// The lattice.
-    pub lattice: PackingEvidence,
+    /// The lattice, by region.
+    pub lattice: Vec<PackingEvidence>,
+    /// What to look at before a run: spheres that nothing joins, parts that nothing holds together.
+    pub warnings: Vec<String>,
     /// Conditions.
     pub conditions: Vec<ConditionPlan>,
     /// Names of probes, with the number of their spheres.
@@ -46,6 +48,7 @@ pub(crate) fn plan(case: &CaseFile, problem: &PackingProblem) -> PackingPlan {
         breaks: problem.model.strength.is_some(),
         memory: problem.memory(),
         lattice: problem.evidence.clone(),
+        warnings: problem.warnings(),
         conditions: conditions(case, &problem.conditions),
         probes: problem.probes.iter().map(|p| (p.name.clone(), p.nodes.len())).collect(),
     }

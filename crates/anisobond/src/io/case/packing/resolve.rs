@@ -9,11 +9,11 @@ use crate::Result;
 use crate::calibration::Model;
 use crate::experiment::element_test::ElementTest;
 use crate::experiment::{Condition, History, PackingProblem, Probe, Schedule};
+use crate::io::case::CaseFile;
 use crate::io::case::loads::{ConditionStatement, Load, Where};
-use crate::io::case::matter::{Filling, Matter};
+use crate::io::case::matter::{Filling, Matter, RegionStatement};
 use crate::io::case::resolve::refuse_contradictions;
 use crate::io::case::schedule::Target;
-use crate::io::case::{CaseFile, Spot};
 use crate::lattice::solid::Patch;
 use crate::operator::particles::{ContactLaw, ParticleModel, Strength};
 use crate::tensor::Stiffness;
@@ -24,17 +24,18 @@ const USUAL_RATIO: f64 = 0.5;
 /// The problem on the packing of a case.
 pub(super) fn problem(case: &CaseFile) -> Result<PackingProblem> {
     let p = statement(case)?;
-    let matter = matter(case, p)?;
-    let density = density(case, &matter)?;
-    let body = spheres(case, p, &matter.turned_stiffness())?;
-    let nodes: Vec<Vec<u32>> = case.conditions.iter().map(|c| select(&body, &c.on)).collect::<Result<_>>()?;
+    let matters = matters(case, p)?;
+    let density = matters.iter().map(|matter| density(case, matter)).collect::<Result<Vec<f64>>>()?;
+    let stiffness: Vec<Stiffness> = matters.iter().map(|matter| matter.turned_stiffness()).collect();
+    let body = spheres(case, p, &stiffness)?;
+    let nodes: Vec<Vec<u32>> = case.conditions.iter().map(|c| select(case, &body, &c.on)).collect::<Result<_>>()?;
     refuse_contradictions(case, &nodes)?;
-    let mass: Vec<f64> = body.volumes.iter().map(|v| v * density).collect();
+    let mass: Vec<f64> = body.volumes.iter().zip(&body.region).map(|(v, &r)| v * density[usize::from(r)]).collect();
     let conditions = case.conditions.iter().zip(&nodes).map(|(c, n)| condition(&body, &mass, c, n));
     let conditions = conditions.collect::<Result<Vec<_>>>()?;
-    let velocity = |(on, v): &(Where, Vector3<f64>)| Ok((select(&body, on)?, *v));
+    let velocity = |(on, v): &(Where, Vector3<f64>)| Ok((select(case, &body, on)?, *v));
     let probe_nodes = |target: &Target| match target {
-        Target::Nodes(on) => select(&body, on),
+        Target::Nodes(on) => select(case, &body, on),
         Target::Condition(n) => Ok(nodes[*n].clone()),
     };
     let probe = |p: &crate::io::case::schedule::ProbeStatement| {
@@ -51,6 +52,7 @@ pub(super) fn problem(case: &CaseFile) -> Result<PackingProblem> {
         name: case.name.clone(),
         model,
         volumes: body.volumes,
+        region: body.region,
         origin: body.origin,
         periodic: body.periodic,
         rotations: p.rotations,
@@ -68,7 +70,11 @@ pub(super) fn problem(case: &CaseFile) -> Result<PackingProblem> {
 /// What an element test measures on the case's periodic packing.
 pub(super) fn measured(case: &CaseFile) -> Result<Stiffness> {
     let p = statement(case)?;
-    let study = study(packing(p)?, p, &matter(case, p)?.turned_stiffness())?;
+    let [matter] = matters(case, p)?[..] else {
+        let spot = &case.regions[1].spot;
+        return Err(spot.wrong("several materials have no one stiffness that could be measured", "leave one region"));
+    };
+    let study = study(packing(p)?, p, &matter.turned_stiffness())?;
     let test = ElementTest { rotations: p.rotations, ..ElementTest::default() };
     Ok(test.run(&study.network())?.measured)
 }
@@ -78,28 +84,21 @@ fn statement(case: &CaseFile) -> Result<&PackingStatement> {
     case.packing.as_ref().ok_or_else(|| case.top.wrong("the case has no packing", example))
 }
 
-/// What the spheres stand for.
-fn matter(case: &CaseFile, p: &PackingStatement) -> Result<Matter> {
-    match &case.regions[..] {
-        [one] if one.solid.is_none() => match &one.filling {
-            Filling::One(matter) => {
-                if let (Some(_), Some(spot)) =
-                    (&matter.fracture, case.fracture.as_ref().filter(|_| p.strength.is_none()))
-                {
-                    return Err(spot.wrong(
-                        "bonds of a packing do not break by a fracture energy",
-                        "add [strength] with tension and cohesion, or leave fracture out",
-                    ));
-                }
-                Ok(matter.clone())
+/// What the spheres of each region stand for.
+fn matters<'c>(case: &'c CaseFile, p: &PackingStatement) -> Result<Vec<&'c Matter>> {
+    let of = |region: &'c RegionStatement| match &region.filling {
+        Filling::One(matter) => {
+            if let (Some(_), Some(spot)) = (&matter.fracture, case.fracture.as_ref().filter(|_| p.strength.is_none())) {
+                return Err(spot.wrong(
+                    "bonds of a packing do not break by a fracture energy",
+                    "add [strength] with tension and cohesion, or leave fracture out",
+                ));
             }
-            _ => Err(one.spot.wrong("a packing is of one material", "leave grains and layers to grids")),
-        },
-        regions => {
-            let spot: &Spot = regions.first().map_or(&case.top, |r| &r.spot);
-            Err(spot.wrong("a packing is of one material", "leave regions to grids"))
+            Ok(matter)
         }
-    }
+        _ => Err(region.spot.wrong("a region of a packing is of one material", "leave grains and layers to grids")),
+    };
+    case.regions.iter().map(of).collect()
 }
 
 fn density(case: &CaseFile, matter: &Matter) -> Result<f64> {
@@ -133,7 +132,7 @@ fn model(case: &CaseFile, p: &PackingStatement, body: &Spheres, mass: Vec<f64>) 
     if let Some(strength) = &mut strength {
         let mut whole = vec![false; radii.len()];
         for on in &case.unbreakable {
-            select(body, on)?.iter().for_each(|&s| whole[s as usize] = true);
+            select(case, body, on)?.iter().for_each(|&s| whole[s as usize] = true);
         }
         for (bond, strength) in body.bonds.iter().zip(strength.iter_mut()) {
             if whole[bond.a as usize] || whole[bond.b as usize] {

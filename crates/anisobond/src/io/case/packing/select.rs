@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::body::Spheres;
+use crate::io::case::CaseFile;
 use crate::io::case::loads::{Depth, Place, Where, face_name};
 use crate::io::case::matter::axis_name;
 use crate::lattice::Solid;
@@ -20,13 +21,17 @@ const REACH: f64 = 3.0;
 const FACE_CELLS: usize = 200;
 
 /// The spheres of a choice, ascending; at least one.
-pub(super) fn select(spheres: &Spheres, on: &Where) -> Result<Vec<u32>> {
+pub(super) fn select(case: &CaseFile, spheres: &Spheres, on: &Where) -> Result<Vec<u32>> {
     let n = spheres.packing.len() as u32;
     let chosen = |keep: &(dyn Fn(&Vector3<f64>) -> bool + Sync)| -> Vec<u32> {
         (0..n).into_par_iter().filter(|&s| keep(&spheres.position(s as usize))).collect()
     };
     let nodes = match &on.place {
-        Place::All | Place::Region(_) => (0..n).collect(),
+        Place::All => (0..n).collect(),
+        Place::Region(name) => {
+            let number = case.regions.iter().position(|r| r.name == *name);
+            (0..n).filter(|&s| Some(usize::from(spheres.region[s as usize])) == number).collect()
+        }
         Place::Face(face, depth) => layer(spheres, on, *face, *depth)?,
         Place::Solid(shape) => {
             let nodes = chosen(&|x| shape.contains(x, 0.0));
