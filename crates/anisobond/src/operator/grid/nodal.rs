@@ -80,8 +80,8 @@ impl<T: Real> GridBonds<T> {
     /// ω ξ and ω ξ⊗ξ of the half bonds.
     fn moments(&self) -> Moments<T> {
         let of = |p: usize| (self.weight(p), self.half.xi[p]);
-        let first = (0..self.half.len()).map(|p| of(p)).map(|(w, xi)| (w * xi).map(T::of).into());
-        let second = (0..self.half.len()).map(|p| of(p)).map(|(w, xi)| PAIRS.map(|(a, b)| T::of(w * xi[a] * xi[b])));
+        let first = (0..self.half.len()).map(of).map(|(w, xi)| (w * xi).map(T::of).into());
+        let second = (0..self.half.len()).map(of).map(|(w, xi)| PAIRS.map(|(a, b)| T::of(w * xi[a] * xi[b])));
         Moments { first: first.collect(), second: second.collect() }
     }
 
