@@ -49,6 +49,7 @@ impl Pose {
     }
 
     /// Turn by a finite rotation vector (radians), exactly: q ← exp(½ φ) q.
+    #[inline]
     pub fn rotate(&mut self, by: &Vector3<f64>) {
         let q = increment(by) * self.rotation().into_inner();
         // Rounding only: |q|² stays 1 within it.
@@ -64,8 +65,8 @@ pub(super) fn increment(by: &Vector3<f64>) -> Quaternion<f64> {
     let (s, c) = if square < 1e-3 {
         let x = square;
         (
-            1.0 - x / 6.0 * (1.0 - x / 20.0 * (1.0 - x / 42.0 * (1.0 - x / 72.0))),
-            1.0 - 0.5 * x * (1.0 - x / 12.0 * (1.0 - x / 30.0 * (1.0 - x / 56.0))),
+            1.0 + x * (-1.0 / 6.0 + x * (1.0 / 120.0 + x * (-1.0 / 5040.0 + x * (1.0 / 362_880.0)))),
+            1.0 + x * (-0.5 + x * (1.0 / 24.0 + x * (-1.0 / 720.0 + x * (1.0 / 40_320.0)))),
         )
     } else {
         let x = square.sqrt();

@@ -127,6 +127,7 @@ impl Verlet {
             }
         }
         let kick = Kick { step: span, damping: self.viscous };
+        let factors = kick.factors();
         let whole = if span == self.step { 1.0 } else { 0.0 };
         let pieces: Vec<(Work, Option<(usize, f64)>)> = state
             .velocity
@@ -139,8 +140,8 @@ impl Verlet {
                 for (i, (v, w)) in velocity.iter_mut().zip(spin).enumerate() {
                     let load = &state.loads[first + i];
                     let (m, inertia) = (state.mass[first + i], state.inertia[first + i]);
-                    work.kinetic += self.push(&kick, whole, v, &load.force, m, &mut work.damping);
-                    work.rotational += self.push(&kick, whole, w, &load.moment, inertia, &mut work.damping);
+                    work.kinetic += self.push(factors, whole, v, &load.force, m, &mut work.damping);
+                    work.rotational += self.push(factors, whole, w, &load.moment, inertia, &mut work.damping);
                     let square = v.norm_squared();
                     let within = square <= fastest * fastest && w.norm_squared().is_finite();
                     if !within && runaway.is_none() {
@@ -166,31 +167,32 @@ impl Verlet {
         }
     }
 
-    /// Kick one vector; its kinetic energy, and its losses added.
+    /// Kick one vector by the factors of [`Kick`]; its kinetic energy, and its losses added.
     #[inline(always)]
     fn push(
         &self,
-        kick: &Kick,
+        (keep, push): (f64, f64),
         whole: f64,
         v: &mut Vector3<f64>,
         force: &[f64; 3],
         mass: f64,
         damping: &mut [f64; 2],
     ) -> f64 {
+        let gain = push * (1.0 / mass);
         let mut kinetic = 0.0;
         for i in 0..3 {
             let before = v[i];
             let drag = if self.local > 0.0 { self.local * force[i].abs() * sign(before) } else { 0.0 };
-            let mut one = [before];
-            kick.apply(&mut one, &[force[i] - drag], std::iter::once(1.0 / mass));
-            let after = one[0];
+            let after = keep * before + gain * (force[i] - drag);
             v[i] = after;
             // The first kick is from the start: v₋ is what leads to v₊ through it.
             let behind = whole * before + (1.0 - whole) * (2.0 * before - after);
             kinetic += 0.5 * mass * behind * after;
-            let lost = 0.5 * self.step * (drag + self.viscous * mass * 0.5 * (before + after));
-            damping[0] += lost * behind;
-            damping[1] += lost * after;
+            if self.local > 0.0 || self.viscous > 0.0 {
+                let lost = 0.5 * self.step * (drag + self.viscous * mass * 0.5 * (before + after));
+                damping[0] += lost * behind;
+                damping[1] += lost * after;
+            }
         }
         kinetic
     }
