@@ -71,13 +71,13 @@ function show(page) {
   if (first) pictures();
   const facts = data.facts.map(([title, facts]) => make("div", {}, make("h3", {}, title), factTable(facts)));
   const warnings = data.warnings.map((w) => make("p", { class: "warning" }, w));
-  if (facts.length || warnings.length) section("facts", "What was asked, what was reached", ...warnings, make("div", { class: "facts" }, facts));
+  if (facts.length || warnings.length) section("facts", "What was asked, what was reached", ...warnings, make("div", { class: "facts" }, facts), make("p", { class: "hint" }, "SI units (m, s, kg, Pa, N/m, J; micromoduli N/m⁶); horizons and semi-axes in spacings."));
   tensors();
   if (!first) pictures();
   waves();
-  if (data.charts.length) section("charts", data.charts_title, make("div", { class: "row" }, drawnCharts(data.charts)));
-  if (data.cracks.length) section("cracks", "Cracks", make("div", { class: "row" }, drawnCharts(data.cracks)));
-  if (data.pictures.length) section("pictures", "Pictures", make("div", { class: "row" }, data.pictures.map((p) => make("figure", {}, make("img", { src: p.data, alt: p.name }), make("figcaption", {}, p.name)))));
+  if (data.charts.length) section("charts", data.charts_title, make("div", { class: "row charts" }, drawnCharts(data.charts)));
+  if (data.cracks.length) section("cracks", "Cracks", make("div", { class: "row charts" }, drawnCharts(data.cracks)));
+  if (data.pictures.length) section("pictures", "Pictures", make("div", { class: "row charts" }, data.pictures.map((p) => make("figure", {}, make("img", { src: p.data, alt: p.name }), make("figcaption", {}, p.name)))));
   if (data.table) tableSection(data.table);
   document.getElementById("footer").textContent = `anisobond ${data.version}. This page needs no network.`;
 }
