@@ -4,7 +4,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 work=${1:-target/pages}
-rm -rf "$work"/results
+rm -rf "$work"/results "$work"/url
 mkdir -p "$work"/results
 python=${PAGES_PYTHON:-$work/venv/bin/python}
 if [ ! -x "$python" ]; then
