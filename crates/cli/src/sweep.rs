@@ -33,15 +33,7 @@ pub fn run(args: &args::Sweep) -> Result<Ending> {
         }
     })?;
     progress.finish_and_clear();
-    if summary.interrupted {
-        let done = summary.counts.done + summary.counts.failed;
-        let message = format!(
-            "{done} of {} jobs are finished and kept in {}; run the same command to go on",
-            summary.counts.all,
-            store.path().display()
-        );
-        return Err(Error::Interrupted { message });
-    }
+    summary.require_finished(&store)?;
     finish(args, &store, &summary.failed, shard.is_some())
 }
 

@@ -81,15 +81,7 @@ pub fn sweep<'py>(
             let message = p.last.map_or_else(String::new, |(title, _)| title);
             tell(Beat { steps: [(p.counts.done + p.counts.failed) as u64, p.counts.all as u64], message });
         })?;
-        if summary.interrupted {
-            let done = summary.counts.done + summary.counts.failed;
-            let message = format!(
-                "{done} of {} jobs are finished and kept in {}; run the same command to go on",
-                summary.counts.all,
-                store.path().display()
-            );
-            return Err(anisobond::Error::Interrupted { message });
-        }
+        summary.require_finished(&store)?;
         let files = write_sweep(&folder, &store, false)?;
         Ok((store, summary, files))
     })?;

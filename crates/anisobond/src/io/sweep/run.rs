@@ -51,6 +51,22 @@ pub struct Summary {
     pub interrupted: bool,
 }
 
+impl Summary {
+    /// Refuses to go on with a sweep that was stopped.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`], which says what is kept in the store and how to go on.
+    pub fn require_finished(&self, store: &Store) -> Result<()> {
+        if !self.interrupted {
+            return Ok(());
+        }
+        let (done, all) = (self.counts.done + self.counts.failed, self.counts.all);
+        let kept = store.path().display();
+        let message = format!("{done} of {all} jobs are finished and kept in {kept}; run the same command to go on");
+        Err(Error::Interrupted { message })
+    }
+}
+
 /// Runs the jobs of a table that its store does not have yet, in parallel; each is kept in the store as it is finished.
 /// A job that returns an error or panics has failed: its message is kept and the others go on. When `stop` turns true
 /// no further job is begun; one that then returns [`Error::Interrupted`] is not finished.
