@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use anisobond::calibration::{EllipticFit, LatticeStiffness, TransverseConstants};
 use anisobond::experiment::element_test::{DynamicTest, ElementTest};
+use anisobond::io::read_packing;
 use anisobond::lattice::{Lattice, Packing};
 use anisobond::operator::{BondList, Network};
 use anisobond::solver::BlockJacobi;
@@ -28,20 +29,10 @@ fn best<T>(runs: usize, mut run: impl FnMut() -> T) -> (f64, T) {
 fn packing() -> Packing {
     let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data/woo-packing-2556.txt");
     let path = std::env::args().skip(1).find(|a| !a.starts_with("--")).unwrap_or_else(|| beside.to_string());
-    match std::fs::read_to_string(&path) {
-        Ok(text) => parsed(&text),
-        Err(_) => jittered(14),
+    match std::fs::exists(&path) {
+        Ok(true) => read_packing(&path).expect("a valid packing"),
+        _ => jittered(14),
     }
-}
-
-fn parsed(text: &str) -> Packing {
-    let mut lines = text.lines();
-    let numbers = |line: &str| line.split_whitespace().filter_map(|x| x.parse().ok()).collect::<Vec<f64>>();
-    let cell = numbers(lines.next().expect("a first line"));
-    let rows: Vec<Vec<f64>> = lines.map(numbers).filter(|row| row.len() == 4).collect();
-    let centres = rows.iter().map(|r| Vector3::new(r[0], r[1], r[2])).collect();
-    let radii = rows.iter().map(|r| r[3]).collect();
-    Packing::new(Some(Vector3::new(cell[0], cell[1], cell[2])), centres, radii).expect("a valid packing")
 }
 
 fn jittered(n: usize) -> Packing {

@@ -11,6 +11,7 @@ use std::time::Instant;
 use anisobond::calibration::{EllipticFit, LatticeStiffness, TransverseConstants};
 use anisobond::experiment::element_test::ElementTest;
 use anisobond::experiment::particles::{MotionPlan, ParticleMotion};
+use anisobond::io::read_packing;
 use anisobond::lattice::{Lattice, Packing};
 use anisobond::operator::particles::{ParticleModel, Particles, Strength, bulk_masses};
 use anisobond::operator::{Kinematics, Network};
@@ -46,14 +47,7 @@ fn path() -> String {
 }
 
 fn packing() -> Packing {
-    let text = std::fs::read_to_string(path()).expect("a packing file");
-    let mut lines = text.lines();
-    let numbers = |line: &str| line.split_whitespace().filter_map(|x| x.parse().ok()).collect::<Vec<f64>>();
-    let cell = numbers(lines.next().expect("a first line"));
-    let rows: Vec<Vec<f64>> = lines.map(numbers).filter(|row| row.len() == 4).collect();
-    let centres = rows.iter().map(|r| Vector3::new(r[0], r[1], r[2])).collect();
-    let radii = rows.iter().map(|r| r[3]).collect();
-    Packing::new(Some(Vector3::new(cell[0], cell[1], cell[2])), centres, radii).expect("a valid packing")
+    read_packing(path()).expect("a valid packing")
 }
 
 /// The packing tiled, with the document's stiffnesses.
