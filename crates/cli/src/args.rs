@@ -490,6 +490,8 @@ pub enum EngineName {
     Calculix,
     /// Spheres, bonds and a script
     Yade,
+    /// Spheres, bonds and a script
+    Woo,
     /// Refused: its bonds have one constant
     Peridigm,
     /// Refused: its bonds have one constant

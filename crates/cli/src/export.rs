@@ -11,6 +11,7 @@ pub fn run(args: &args::Export) -> Result<Ending> {
         args::EngineName::Abaqus => (Engine::Abaqus, "abaqus"),
         args::EngineName::Calculix => (Engine::Calculix, "calculix"),
         args::EngineName::Yade => (Engine::Yade, "yade"),
+        args::EngineName::Woo => (Engine::Woo, "woo"),
         args::EngineName::Peridigm => (Engine::Peridigm, "peridigm"),
         args::EngineName::PeriLab => (Engine::PeriLab, "perilab"),
         args::EngineName::MatrixMarket => (Engine::MatrixMarket, "matrix-market"),

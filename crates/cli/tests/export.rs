@@ -111,8 +111,8 @@ fn of_elements(path: &Path, truss: bool) -> Bonds {
     bonds
 }
 
-/// Bonds as Yade's script reads them: the branch to the nearest image, k_n and k_t.
-fn of_yade(folder: &Path) -> Vec<(Vector3<f64>, f64, f64)> {
+/// Bonds as Yade's and Woo's scripts read them: the branch to the nearest image, k_n and k_t.
+fn of_spheres(folder: &Path) -> Vec<(Vector3<f64>, f64, f64)> {
     let table = |name: &str| -> Vec<Vec<f64>> {
         text(&folder.join(name)).lines().filter(|l| !l.starts_with('#')).map(numbers).collect()
     };
@@ -151,7 +151,7 @@ fn every_engine_is_given_the_bonds_that_make_the_tensor() {
         let at = |name: &str| folder.path().join("bonds").join(name);
         let dir = folder.path().join("bonds").display().to_string();
         stdout(&[&["calibrate"], flags, &["-o", &dir]].concat());
-        for engine in ["lammps", "abaqus", "calculix", "numpy", "matrix-market", "yade"] {
+        for engine in ["lammps", "abaqus", "calculix", "numpy", "matrix-market", "yade", "woo"] {
             stdout(&["export", &dir, "--to", engine]);
         }
         let expected = expected(&at("lammps"));
@@ -162,9 +162,11 @@ fn every_engine_is_given_the_bonds_that_make_the_tensor() {
             assert_eq!(elements.len(), bonds.len());
             close(&summed(&elements, volume), &expected, 1e-9);
         }
-        let yade = of_yade(&at("yade"));
-        assert!(yade.len() == bonds.len() && yade.iter().all(|(_, k, t)| k.is_finite() && *t == 0.0));
-        close(&summed(&yade.into_iter().map(|(l, k, _)| (l, k)).collect(), volume), &expected, 1e-9);
+        for engine in ["yade", "woo"] {
+            let of_spheres = of_spheres(&at(engine));
+            assert!(of_spheres.len() == bonds.len() && of_spheres.iter().all(|(_, k, t)| k.is_finite() && *t == 0.0));
+            close(&summed(&of_spheres.into_iter().map(|(l, k, _)| (l, k)).collect(), volume), &expected, 1e-9);
+        }
         let (branches, stiffness) = (floats(&at("numpy/branches.npy")), floats(&at("numpy/stiffness.npy")));
         let pairs = branches.chunks(3).zip(stiffness.chunks(2));
         let arrays: Bonds = pairs.map(|(l, k)| (Vector3::from_column_slice(l), k[0])).collect();
@@ -213,7 +215,7 @@ fn packings_and_sheared_bonds_are_systems_that_measure_the_tensor() {
     // Yade takes both stiffnesses; the sums over bonds of the array files are the same.
     stdout(&["export", &path("lattice"), "--to", "yade"]);
     stdout(&["export", &path("lattice"), "--to", "numpy"]);
-    let yade = of_yade(&folder.path().join("lattice/yade"));
+    let yade = of_spheres(&folder.path().join("lattice/yade"));
     let arrays = folder.path().join("lattice/numpy");
     let (branches, stiffness) = (floats(&arrays.join("branches.npy")), floats(&arrays.join("stiffness.npy")));
     assert_eq!(yade.len(), stiffness.len() / 2);
@@ -223,6 +225,54 @@ fn packings_and_sheared_bonds_are_systems_that_measure_the_tensor() {
     }
     refused(&["export", &path("lattice"), "--to", "peridigm"], &["Peridigm", "18 K", "lammps"]);
     refused(&["export", &path("lattice"), "--to", "perilab"], &["PeriLab", "one micromodulus"]);
+}
+
+/// The nodal term of hybrid models is part of the system: of a grid that is turned, of a packing, and of one so narrow that
+/// it is repeated.
+#[test]
+fn nodal_terms_are_part_of_the_system() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let tensor = |report: &str, key: &str| {
+        let report: serde_json::Value = serde_json::from_str(&text(&folder.path().join(report))).unwrap();
+        let row = |a: usize| (0..6).map(move |b| (a, b));
+        Matrix6::from_row_iterator((0..6).flat_map(row).map(|(a, b)| report[key][a][b].as_f64().unwrap()))
+    };
+    stdout(&["calibrate", "Te2W", "--model", "hybrid", "--horizon", "1.5", "-o", &path("straight")]);
+    let turn = ["--rotate", "axis:0,0,1,90", "--spacing", "2 mm"];
+    stdout(
+        &[&["calibrate", "KIO3", "--model", "hybrid", "--horizon", "1.5", "-o", &path("turned")][..], &turn].concat(),
+    );
+    let rock = concat!(env!("CARGO_MANIFEST_DIR"), "/../../cases/materials/rock.toml");
+    for (name, number) in [("packing", "60"), ("narrow", "12")] {
+        let file = path(&format!("{name}.csv"));
+        stdout(&["pack", "--number", number, "--porosity", "0.4", "--fuzz", "0.2", "--seed", "3", "-o", &file]);
+        stdout(&["lattice", &file, rock, "--contact-radius", "1.3", "--model", "hybrid", "-o", &path(name)]);
+    }
+    for name in ["straight", "turned", "packing", "narrow"] {
+        stdout(&["export", &path(name), "--to", "matrix-market"]);
+        let exported = folder.path().join(name).join("matrix-market");
+        close(&of_matrix_market(&exported), &expected(&exported), 1e-7);
+    }
+    // The grids are perfect: they measure the crystal, the turned one along its own axes x' = y, y' = −x.
+    close(
+        &expected(&folder.path().join("straight/matrix-market")),
+        &tensor("straight/calibration.json", "target"),
+        1e-9,
+    );
+    let (to, sign) = ([1, 0, 2, 4, 3, 5], [1.0, 1.0, 1.0, -1.0, 1.0, -1.0]);
+    let crystal = tensor("turned/calibration.json", "target");
+    let along = Matrix6::from_fn(|a, b| sign[a] * sign[b] * crystal[(to[a], to[b])]);
+    close(&expected(&folder.path().join("turned/matrix-market")), &along, 1e-9);
+    stdout(&["export", &path("packing"), "--to", "numpy"]);
+    let arrays = folder.path().join("packing/numpy");
+    let filled: f64 = floats(&arrays.join("nodal_volumes.npy")).iter().sum();
+    let volume: f64 = floats(&arrays.join("cell.npy")).iter().product();
+    assert!((filled / volume - 1.0).abs() < 1e-12);
+    assert_eq!(of_numpy(&arrays.join("nodal_stiffness.npy")).1, [6, 6]);
+    for engine in ["lammps", "abaqus", "calculix", "yade", "woo"] {
+        refused(&["export", &path("packing"), "--to", engine], &["nodal term", "matrix-market", "central"]);
+    }
 }
 
 /// Bad input, and words that its message must have.

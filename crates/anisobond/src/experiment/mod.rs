@@ -17,7 +17,7 @@ mod verification;
 
 pub use corrected::{
     CorrectedModuli, CorrectedNetwork, Correction, CorrectionForm, CorrectionReport, NodalReport, central_by_sum,
-    hybrid_by_sum,
+    hybrid_by_sum, nodal_on_contacts,
 };
 pub use grid_study::GridStudy;
 pub use lattice_study::{CorrectionChoice, LatticePlan, LatticeStudy, anisotropy_axis, turned_to_axis};

@@ -16,5 +16,5 @@ pub use bond_list::{BondList, Field, Measured, Network, NodeField, StiffBond};
 pub use grid_cell::GridCell;
 pub use grid_operator::{GridOperator, Kinematics};
 pub use hybrid_naive::{BlockResponse, PeriodicHybrid};
-pub use nodal_term::NodalTerm;
+pub use nodal_term::{NodalTerm, symmetric_part};
 pub use vector_field::VectorField;

@@ -80,6 +80,27 @@ impl NodalTerm {
         average
     }
 
+    /// g = ω K⁻¹ξ (1/m) of every bond at its ends a and b, by which ε̄ += sym η⊗g; zero at a node whose bonds lie in a plane.
+    ///
+    /// # Errors
+    /// Lists of the wrong length, negative or not finite numbers.
+    pub fn gradients(&self, nodes: usize, bonds: &[StiffBond]) -> Result<Vec<[Vector3<f64>; 2]>> {
+        self.check(nodes, bonds)?;
+        Ok(self.gradients_by(&shape_inverses(nodes, bonds, &self.weights), bonds).collect())
+    }
+
+    /// [`NodalTerm::gradients`] by K_i⁻¹.
+    fn gradients_by<'a>(
+        &'a self,
+        inverses: &'a [Option<Matrix3<f64>>],
+        bonds: &'a [StiffBond],
+    ) -> impl Iterator<Item = [Vector3<f64>; 2]> + 'a {
+        let at = |node: u32, bond: &StiffBond, weight: f64| {
+            inverses[node as usize].map_or(Vector3::zeros(), |k| weight * (k * bond.branch))
+        };
+        bonds.iter().zip(&self.weights).map(move |(bond, &w)| [at(bond.a, bond, w), at(bond.b, bond, w)])
+    }
+
     fn check(&self, nodes: usize, bonds: &[StiffBond]) -> Result<()> {
         if self.volumes.len() != nodes || self.weights.len() != bonds.len() {
             return Err(Error::input(
@@ -120,7 +141,7 @@ pub(super) fn shape_inverses(nodes: usize, bonds: &[StiffBond], weights: &[f64])
 }
 
 /// The 6×3 matrix of η → sym(η⊗g) in Kelvin-Mandel coordinates.
-pub(super) fn symmetric_part(g: &Vector3<f64>) -> Matrix6x3<f64> {
+pub fn symmetric_part(g: &Vector3<f64>) -> Matrix6x3<f64> {
     Matrix6x3::from_fn(|a, i| {
         let (p, q) = PAIRS[a];
         let along = if i == p { g[q] } else { 0.0 } + if i == q { g[p] } else { 0.0 };
@@ -158,15 +179,12 @@ impl NodalKernel {
     pub(super) fn new(term: &NodalTerm, bonds: &[StiffBond], place: &[u32]) -> Result<Self> {
         term.check(place.len(), bonds)?;
         let inverses = shape_inverses(place.len(), bonds, &term.weights);
-        let gradient = |node: u32, bond: &StiffBond, weight: f64| -> [f64; 3] {
-            inverses[node as usize].map_or([0.0; 3], |k| (weight * (k * bond.branch)).into())
-        };
         let mut list: Vec<NodalBond> = bonds
             .iter()
-            .zip(&term.weights)
-            .map(|(bond, &w)| {
+            .zip(term.gradients_by(&inverses, bonds))
+            .map(|(bond, ends)| {
                 let (a, b) = (place[bond.a as usize], place[bond.b as usize]);
-                let (at_a, at_b) = (gradient(bond.a, bond, w), gradient(bond.b, bond, w));
+                let [at_a, at_b] = ends.map(|g| <[f64; 3]>::from(g));
                 // As in the list of bonds, from the lower number to the higher.
                 if a <= b {
                     NodalBond { a, b, at_a, at_b }

@@ -23,7 +23,7 @@ use self::search::{Form, Search};
 use super::element_test::ElementTest;
 use crate::calibration::{DirectionModuli, EllipticFit, LatticeStiffness, PI_HAT, tensor_of_coordinates};
 use crate::lattice::Lattice;
-use crate::operator::{Network, NodalTerm};
+use crate::operator::{Network, NodalTerm, StiffBond};
 use crate::tensor::Stiffness;
 use crate::{Error, Result};
 
@@ -240,20 +240,27 @@ pub fn central_by_sum(lattice: &Lattice, target: &Stiffness, floor: f64) -> Resu
 /// As [`central_by_sum`]; no node with contacts in three directions.
 pub fn hybrid_by_sum(lattice: &Lattice, target: &Stiffness, floor: f64) -> Result<Network> {
     let mut network = central_by_sum(lattice, target, floor)?;
-    let radii = lattice.packing.radii();
-    let mut shares = vec![0.0; network.nodes.len()];
-    let mut weights = Vec::with_capacity(network.bonds.len());
-    for bond in &network.bonds {
+    let z = Stiffness::from_mandel(tensor_of_coordinates(&Nodal { share: 1.0, target: *target }.of_sum(&network)));
+    network.nodal = Some(nodal_on_contacts(&z, lattice.packing.radii(), &network.bonds, network.volume)?);
+    Ok(network)
+}
+
+/// A nodal term Z (Pa) on the contacts of spheres with radii (m) that fill a volume (m³): ω = π̂ r′²/ℓ, V_i in proportion to
+/// Σ π̂ r′² ℓ.
+///
+/// # Errors
+/// As [`NodalTerm::filling`].
+pub fn nodal_on_contacts(z: &Stiffness, radii: &[f64], bonds: &[StiffBond], volume: f64) -> Result<NodalTerm> {
+    let mut shares = vec![0.0; radii.len()];
+    let mut weights = Vec::with_capacity(bonds.len());
+    for bond in bonds {
         let (a, b) = (bond.a as usize, bond.b as usize);
         let (area, length) = (PI_HAT * radii[a].min(radii[b]).powi(2), bond.branch.norm());
         weights.push(area / length);
         shares[a] += area * length / 6.0;
         shares[b] += area * length / 6.0;
     }
-    let z = tensor_of_coordinates(&Nodal { share: 1.0, target: *target }.of_sum(&network));
-    let z = Stiffness::from_mandel(z);
-    network.nodal = Some(NodalTerm::filling(&z, &network.bonds, network.volume, &shares, weights)?);
-    Ok(network)
+    NodalTerm::filling(z, bonds, volume, &shares, weights)
 }
 
 /// Directions of a lattice's bonds.

@@ -6,13 +6,13 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3};
+use nalgebra::{Matrix3, Matrix6, Matrix6x3, SMatrix, Vector3, Vector6};
 
 use super::{BondedCell, ExportFile};
 use crate::Result;
 use crate::io::results::npy;
-use crate::operator::StiffBond;
-use crate::tensor::PAIRS;
+use crate::operator::{NodalTerm, StiffBond, symmetric_part};
+use crate::tensor::{PAIRS, mandel_weight};
 
 /// Python that solves the system, shipped with it.
 const SCRIPT: &str = include_str!("element_test.py");
@@ -20,35 +20,96 @@ const SCRIPT: &str = include_str!("element_test.py");
 /// Unknowns of two nodes: u_A, θ_A, u_B, θ_B.
 type Ends = SMatrix<f64, 3, 12>;
 
-/// The files `stiffness.mtx`, `forces.mtx`, `uniform.mtx` and a script that solves them.
-pub(super) fn matrix_market(cell: &BondedCell) -> Result<Vec<ExportFile>> {
-    let rotations = cell.bonds.iter().any(|b| b.tangential != 0.0);
-    let per_node = if rotations { 6 } else { 3 };
-    let size = per_node * cell.nodes.len();
-    let mut stiffness: BTreeMap<[usize; 2], f64> = BTreeMap::new();
-    let mut forces = vec![[0.0; 6]; size];
-    let mut uniform = Matrix6::zeros();
-    for bond in &cell.bonds {
+/// K, F and A of a cell.
+struct System {
+    /// Unknowns of a node: displacements, or with rotations.
+    per_node: usize,
+    /// The upper triangle of K, by column and row.
+    stiffness: BTreeMap<[usize; 2], f64>,
+    /// The forces that a strain of the cell puts on the nodes, of six unit strains.
+    forces: Vec<[f64; 6]>,
+    /// Twice the energy of pairs of unit strains, nodes following.
+    uniform: Matrix6<f64>,
+}
+
+impl System {
+    fn new(cell: &BondedCell) -> Result<Self> {
+        let rotations = cell.bonds.iter().any(|b| b.tangential != 0.0);
+        let per_node = if rotations { 6 } else { 3 };
+        let forces = vec![[0.0; 6]; per_node * cell.nodes.len()];
+        let mut system = System { per_node, stiffness: BTreeMap::new(), forces, uniform: Matrix6::zeros() };
+        cell.bonds.iter().for_each(|bond| system.add_bond(bond));
+        if let Some(term) = &cell.nodal {
+            system.add_nodal(cell, term)?;
+        }
+        Ok(system)
+    }
+
+    fn add_bond(&mut self, bond: &StiffBond) {
+        let per_node = self.per_node;
         let b = strain_of_ends(&bond.branch);
         let d = response(bond);
         let strains = affine(&bond.branch);
         let (k, f) = (b.transpose() * d * b, b.transpose() * d * strains);
-        uniform += strains.transpose() * d * strains;
+        self.uniform += strains.transpose() * d * strains;
         // Column (row) of each of the twelve unknowns that counts.
         let unknowns = (0..12).filter(|i| i % 6 < per_node).map(|i| {
             let node = if i < 6 { bond.a } else { bond.b };
             (i, per_node * node as usize + i % 6)
         });
         for (i, row) in unknowns.clone() {
-            (0..6).for_each(|case| forces[row][case] -= f[(i, case)]);
+            (0..6).for_each(|case| self.forces[row][case] -= f[(i, case)]);
             for (j, column) in unknowns.clone().filter(|&(_, column)| column <= row) {
-                *stiffness.entry([column, row]).or_insert(0.0) += k[(i, j)];
+                *self.stiffness.entry([column, row]).or_insert(0.0) += k[(i, j)];
             }
         }
     }
+
+    /// The nodal term: ε̄ of a node is B u + E, its energy ½ V ε̄:Z:ε̄.
+    fn add_nodal(&mut self, cell: &BondedCell, term: &NodalTerm) -> Result<()> {
+        let per_node = self.per_node;
+        let z = term.stiffness.mandel();
+        let unit = Matrix6::from_diagonal(&Vector6::from_fn(|case, _| 1.0 / mandel_weight(case)));
+        // Row by row of B: what the displacements of which node add to ε̄.
+        let mut averages: Vec<BTreeMap<usize, Matrix6x3<f64>>> = vec![BTreeMap::new(); cell.nodes.len()];
+        for (bond, at) in cell.bonds.iter().zip(term.gradients(cell.nodes.len(), &cell.bonds)?) {
+            let ends = [bond.a as usize, bond.b as usize];
+            for (node, g) in ends.into_iter().zip(at).filter(|(_, g)| *g != Vector3::zeros()) {
+                let part = symmetric_part(&g);
+                *averages[node].entry(ends[1]).or_insert_with(Matrix6x3::zeros) += part;
+                *averages[node].entry(ends[0]).or_insert_with(Matrix6x3::zeros) -= part;
+            }
+        }
+        for (average, volume) in averages.iter().zip(&term.volumes).filter(|(average, _)| !average.is_empty()) {
+            self.uniform += *volume * unit * z * unit;
+            for (&row, left) in average {
+                let stress = *volume * left.transpose() * z;
+                let force = stress * unit;
+                for i in 0..3 {
+                    (0..6).for_each(|case| self.forces[per_node * row + i][case] -= force[(i, case)]);
+                }
+                for (&column, right) in average.range(..=row) {
+                    let k = stress * right;
+                    for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
+                        let place = [per_node * column + j, per_node * row + i];
+                        if place[0] <= place[1] {
+                            *self.stiffness.entry(place).or_insert(0.0) += k[(i, j)];
+                        }
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The files `stiffness.mtx`, `forces.mtx`, `uniform.mtx` and a script that solves them.
+pub(super) fn matrix_market(cell: &BondedCell) -> Result<Vec<ExportFile>> {
+    let System { per_node, stiffness, forces, uniform } = System::new(cell)?;
+    let size = forces.len();
     let mut matrix = format!(
         "%%MatrixMarket matrix coordinate real symmetric\n% Stiffness: {} of every node in turn; N/m, N, N m.\n{size} {size} {}\n",
-        if rotations { "u_x u_y u_z θ_x θ_y θ_z" } else { "u_x u_y u_z" },
+        if per_node == 6 { "u_x u_y u_z θ_x θ_y θ_z" } else { "u_x u_y u_z" },
         stiffness.len()
     );
     for ([column, row], value) in &stiffness {
@@ -103,7 +164,8 @@ fn affine(branch: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
     columns
 }
 
-/// The arrays `cell`, `nodes`, `radii`, `bonds` (ends), `branches`, `stiffness` (k_n, k_t).
+/// The arrays `cell`, `nodes`, `radii`, `bonds` (ends), `branches`, `stiffness` (k_n, k_t); with a nodal term `nodal_stiffness`
+/// (Z, Voigt), `nodal_volumes` and `nodal_weights` (ω of the bonds).
 pub(super) fn numpy(cell: &BondedCell) -> Vec<ExportFile> {
     let (nodes, bonds) = (cell.nodes.len(), cell.bonds.len());
     let flat =
@@ -119,6 +181,11 @@ pub(super) fn numpy(cell: &BondedCell) -> Vec<ExportFile> {
     ];
     if let Some(radii) = &cell.radii {
         files.push(("radii.npy".into(), npy(radii, [nodes, 1])));
+    }
+    if let Some(term) = &cell.nodal {
+        files.push(("nodal_stiffness.npy".into(), npy(term.stiffness.voigt_rows().as_flattened(), [6, 6])));
+        files.push(("nodal_volumes.npy".into(), npy(&term.volumes, [nodes, 1])));
+        files.push(("nodal_weights.npy".into(), npy(&term.weights, [bonds, 1])));
     }
     files
 }

@@ -3,15 +3,17 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Matrix6, Vector3};
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use crate::experiment::element_test::{ElementTest, Mechanisms};
+use crate::experiment::nodal_on_contacts;
 use crate::io::bonds::{BondTable, read_bonds};
 use crate::io::packing::read_packing;
 use crate::io::tree::read_text;
 use crate::lattice::Packing;
-use crate::operator::{Network, StiffBond};
+use crate::operator::{Network, NodalTerm, StiffBond};
 use crate::tensor::Stiffness;
 use crate::{Error, Result};
 
@@ -32,6 +34,8 @@ pub struct BondedCell {
     pub radii: Option<Vec<f64>>,
     /// Bonds, each once.
     pub bonds: Vec<StiffBond>,
+    /// The nodal term of the hybrid model.
+    pub nodal: Option<NodalTerm>,
 }
 
 /// Bonds that are alike.
@@ -48,8 +52,7 @@ impl BondedCell {
     /// default just wide enough; of a packing its own cell, repeated where it is narrower than two bonds.
     ///
     /// # Errors
-    /// A folder without such results, files that do not fit each other, a nodal term, a block that is too narrow or too
-    /// large.
+    /// A folder without such results, files that do not fit each other, a block that is too narrow or too large.
     pub fn read(folder: impl AsRef<Path>, nodes: Option<[usize; 3]>) -> Result<Self> {
         let folder = folder.as_ref();
         if folder.join("calibration.json").is_file() {
@@ -89,7 +92,8 @@ impl BondedCell {
 
     /// The network of the cell.
     pub fn network(&self) -> Network {
-        Network { nodes: self.nodes.clone(), bonds: self.bonds.clone(), volume: self.volume(), nodal: None }
+        let (nodes, bonds) = (self.nodes.clone(), self.bonds.clone());
+        Network { nodes, bonds, volume: self.volume(), nodal: self.nodal.clone() }
     }
 
     /// The stiffness (Pa) that a static element test of the cell measures, node rotations free.
@@ -126,10 +130,16 @@ impl BondedCell {
                 StiffBond { a: b.a + place(cell) as u32, b: b.b + place(other) as u32, ..*b }
             }));
         }
+        let again = |list: &Vec<f64>, length: usize| list.iter().copied().cycle().take(length).collect();
         BondedCell {
             material: self.material.clone(),
             edges: Vector3::from_fn(|i, _| n[i] as f64 * self.edges[i]),
-            radii: self.radii.as_ref().map(|r| r.iter().copied().cycle().take(nodes.len()).collect()),
+            radii: self.radii.as_ref().map(|r| again(r, nodes.len())),
+            nodal: self.nodal.as_ref().map(|term| NodalTerm {
+                stiffness: term.stiffness,
+                volumes: again(&term.volumes, nodes.len()),
+                weights: again(&term.weights, bonds.len()),
+            }),
             nodes,
             bonds,
         }
@@ -148,15 +158,24 @@ fn json(path: &Path) -> Result<Value> {
         .map_err(|e| Error::input(format!("{} is not a report: {e}", path.display()), "write the folder again"))
 }
 
+/// An entry of a report that a model with a nodal term has.
+fn entry<T: DeserializeOwned>(report: &Value) -> Result<T> {
+    serde_json::from_value(report.clone())
+        .map_err(|e| Error::input(format!("the report of the nodal term is not whole: {e}"), "write the folder again"))
+}
+
+/// Z (Pa) of a report of the hybrid model.
+fn nodal_stiffness(report: &Value) -> Result<Option<Stiffness>> {
+    if report["model"] != "hybrid" {
+        return Ok(None);
+    }
+    let rows: [[f64; 6]; 6] = entry(&report["nodal_term"])?;
+    Stiffness::from_voigt(&Matrix6::from_fn(|a, b| rows[a][b])).map(Some)
+}
+
 /// A block of a grid.
 fn of_grid(folder: &Path, nodes: Option<[usize; 3]>) -> Result<BondedCell> {
     let report = json(&folder.join("calibration.json"))?;
-    if report["model"] == "hybrid" {
-        return Err(Error::input(
-            "the hybrid model has a nodal term, which no engine knows",
-            "calibrate with --model central (or micropolar), whose bonds are all there is",
-        ));
-    }
     let spacing = report["neighbourhood"]["spacing"].as_f64().filter(|s| *s > 0.0);
     let spacing = spacing.ok_or_else(|| Error::input("calibration.json has no spacing", "write the folder again"))?;
     let table = read_bonds(folder.join("bonds.csv"))?;
@@ -171,12 +190,25 @@ fn of_grid(folder: &Path, nodes: Option<[usize; 3]>) -> Result<BondedCell> {
         ));
     }
     BondedCell::refuse_too_large(n.iter().map(|&n| n as f64).product())?;
+    let half = half_offsets(&table);
+    let nodal = nodal_stiffness(&report)?.map(|z| {
+        let axes: [[f64; 3]; 3] = entry(&report["neighbourhood"]["orientation"])?;
+        let number: usize = n.iter().product();
+        let along: Vec<f64> = half.iter().map(|&p| table.influence[p]).collect();
+        Ok(NodalTerm {
+            // The block stands along the grid's axes.
+            stiffness: z.rotated(&Matrix3::from_fn(|i, j| axes[j][i])),
+            volumes: vec![spacing.powi(3); number],
+            weights: along.repeat(number),
+        })
+    });
     Ok(BondedCell {
         material: report["material"].as_str().unwrap_or("").into(),
         edges: Vector3::from_fn(|i, _| n[i] as f64 * spacing),
         nodes: places(n).map(|at| Vector3::from_fn(|i, _| at[i] as f64 * spacing)).collect(),
         radii: None,
-        bonds: grid_bonds(&table, n, spacing),
+        bonds: grid_bonds(&table, &half, n, spacing),
+        nodal: nodal.transpose()?,
     })
 }
 
@@ -185,11 +217,14 @@ fn places(n: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
     (0..n.iter().product()).map(move |p: usize| [p % n[0], p / n[0] % n[1], p / (n[0] * n[1])])
 }
 
-/// The bonds of a block, each once: those from a node along the half of its offsets whose last component that is not zero
-/// is positive.
-fn grid_bonds(table: &BondTable, n: [usize; 3], spacing: f64) -> Vec<StiffBond> {
+/// The half of the offsets whose last component that is not zero is positive.
+fn half_offsets(table: &BondTable) -> Vec<usize> {
     let half = |o: &[i32; 3]| o.iter().rev().find(|&&x| x != 0).is_some_and(|&x| x > 0);
-    let half: Vec<usize> = (0..table.len()).filter(|&p| half(&table.offset[p])).collect();
+    (0..table.len()).filter(|&p| half(&table.offset[p])).collect()
+}
+
+/// The bonds of a block, each once: from every node in turn those along half of its offsets.
+fn grid_bonds(table: &BondTable, half: &[usize], n: [usize; 3], spacing: f64) -> Vec<StiffBond> {
     let index = |at: [usize; 3]| (at[0] + n[0] * (at[1] + n[1] * at[2])) as u32;
     let bond = |at: [usize; 3], p: usize| {
         let offset = table.offset[p];
@@ -213,22 +248,19 @@ fn both_ways(stiffness: &[f64], p: usize) -> f64 {
 /// A packing with its bonds.
 fn of_packing(folder: &Path) -> Result<BondedCell> {
     let report = json(&folder.join("lattice.json"))?;
-    if report["model"] == "hybrid" {
-        return Err(Error::input(
-            "the hybrid model has a nodal term, which no engine knows",
-            "make the lattice with --model central or micropolar, whose bonds are all there is",
-        ));
-    }
     let packing = read_packing(folder.join("packing.csv"))?;
     let edges = packing.cell().ok_or_else(|| {
         Error::input("the packing has no periodic cell", "element tests need a periodic packing; make one with pack")
     })?;
+    let bonds = contact_bonds(&folder.join("bonds.csv"), &packing)?;
+    let on_contacts = |z: Stiffness| nodal_on_contacts(&z, packing.radii(), &bonds, edges.product());
     let cell = BondedCell {
         material: report["material"].as_str().unwrap_or("").into(),
         edges,
         nodes: packing.centres().to_vec(),
-        bonds: contact_bonds(&folder.join("bonds.csv"), &packing)?,
         radii: Some(packing.radii().to_vec()),
+        nodal: nodal_stiffness(&report)?.map(on_contacts).transpose()?,
+        bonds,
     };
     // Strictly more than two bonds, so that the nearest image is the right one.
     let times = |edge: f64| (2.0 * cell.longest() * (1.0 + 1e-6) / edge).floor() as usize + 1;

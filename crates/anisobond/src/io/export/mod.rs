@@ -4,8 +4,8 @@
 mod arrays;
 mod cell;
 mod lammps;
+mod spheres;
 mod truss;
-mod yade;
 
 pub use cell::BondedCell;
 pub(super) use cell::contact_bonds;
@@ -24,6 +24,8 @@ pub enum Engine {
     Calculix,
     /// Yade: spheres and bonds, and a script.
     Yade,
+    /// Woo: spheres and bonds, and a script.
+    Woo,
     /// Peridigm's bond-based material: refused.
     Peridigm,
     /// PeriLab's bond-based material: refused.
@@ -42,11 +44,15 @@ pub type ExportFile = (String, Vec<u8>);
 /// # Errors
 /// What the engine cannot express, with the reason; a lattice that is a mechanism.
 pub fn export(cell: &BondedCell, engine: Engine) -> Result<Vec<ExportFile>> {
+    if !matches!(engine, Engine::MatrixMarket | Engine::Numpy) {
+        refuse_nodal(cell)?;
+    }
     let mut files = match engine {
         Engine::Lammps => lammps::files(cell)?,
         Engine::Abaqus => truss::files(cell, truss::Element::Truss)?,
         Engine::Calculix => truss::files(cell, truss::Element::Spring)?,
-        Engine::Yade => yade::files(cell),
+        Engine::Yade => spheres::files(cell, spheres::YADE),
+        Engine::Woo => spheres::files(cell, spheres::WOO),
         Engine::Peridigm => return Err(one_constant("Peridigm")),
         Engine::PeriLab => return Err(one_constant("PeriLab")),
         Engine::MatrixMarket => arrays::matrix_market(cell)?,
@@ -65,6 +71,17 @@ fn expected(cell: &BondedCell) -> Result<String> {
         text += &(row.iter().map(|c| format!("{c:?}")).collect::<Vec<_>>().join(",") + "\n");
     }
     Ok(text)
+}
+
+/// The refusal of the hybrid model's nodal term.
+fn refuse_nodal(cell: &BondedCell) -> Result<()> {
+    if cell.nodal.is_none() {
+        return Ok(());
+    }
+    Err(Error::input(
+        "the hybrid model has a nodal term, which the engine does not know",
+        "export to matrix-market or numpy, or make bonds with --model central or micropolar, which are all there is",
+    ))
 }
 
 /// The refusal of tangential bonds.
