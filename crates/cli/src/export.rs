@@ -12,8 +12,8 @@ pub fn run(args: &args::Export) -> Result<Ending> {
         args::EngineName::Calculix => (Engine::Calculix, "calculix"),
         args::EngineName::Yade => (Engine::Yade, "yade"),
         args::EngineName::Woo => (Engine::Woo, "woo"),
-        args::EngineName::Peridigm => (Engine::Peridigm, "peridigm"),
-        args::EngineName::PeriLab => (Engine::PeriLab, "perilab"),
+        args::EngineName::Peridigm => (Engine::Peridigm(args.within), "peridigm"),
+        args::EngineName::PeriLab => (Engine::PeriLab(args.within), "perilab"),
         args::EngineName::MatrixMarket => (Engine::MatrixMarket, "matrix-market"),
         args::EngineName::Numpy => (Engine::Numpy, "numpy"),
     };

@@ -43,21 +43,28 @@ pub fn builtin_materials() -> Vec<&'static str> {
 /// Write calibrated bonds for an engine, with an input that performs the engine's own element test, as `anisobond export`;
 /// the paths written.
 ///
-/// `folder` is one that `Calibration.write` or `Lattice.write` wrote; `to` is lammps, abaqus, calculix, matrix-market or
-/// numpy; `nodes` are those of a grid's periodic block along each axis. `output` is the folder [FOLDER/ENGINE].
+/// `folder` is one that `Calibration.write` or `Lattice.write` wrote; `to` is lammps, abaqus, calculix, yade, woo, peridigm,
+/// perilab, matrix-market or numpy; `nodes` are those of a grid's periodic block along each axis. Peridigm and PeriLab have one
+/// micromodulus for all bonds: `within` is how far its tensor may be from the calibrated one, as a share. `output` is the
+/// folder [FOLDER/ENGINE].
 #[pyfunction]
-#[pyo3(signature = (folder, *, to, nodes=None, output=None))]
+#[pyo3(signature = (folder, *, to, nodes=None, within=1e-6, output=None))]
 pub fn export(
     py: Python<'_>,
     folder: &Bound<'_, PyAny>,
     to: &str,
     nodes: Option<&Bound<'_, PyAny>>,
+    within: f64,
     output: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Vec<PathBuf>> {
     let engines = [
         ("lammps", Engine::Lammps),
         ("abaqus", Engine::Abaqus),
         ("calculix", Engine::Calculix),
+        ("yade", Engine::Yade),
+        ("woo", Engine::Woo),
+        ("peridigm", Engine::Peridigm(within)),
+        ("perilab", Engine::PeriLab(within)),
         ("matrix-market", Engine::MatrixMarket),
         ("numpy", Engine::Numpy),
     ];

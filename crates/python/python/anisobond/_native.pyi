@@ -401,8 +401,9 @@ class Cavity:
 def export(
     folder: _Path,
     *,
-    to: Literal["lammps", "abaqus", "calculix", "matrix-market", "numpy"],
+    to: Literal["lammps", "abaqus", "calculix", "yade", "woo", "peridigm", "perilab", "matrix-market", "numpy"],
     nodes: int | tuple[int, int, int] | None = None,
+    within: float = 1e-6,
     output: _Path | None = None,
 ) -> list[Path]: ...
 def report(folder: _Path, output: _Path | None = None) -> Path: ...

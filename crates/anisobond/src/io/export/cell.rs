@@ -32,6 +32,8 @@ pub struct BondedCell {
     pub nodes: Vec<Vector3<f64>>,
     /// Radii of spheres (m), of a packing.
     pub radii: Option<Vec<f64>>,
+    /// Spacing of the nodes (m), of a grid.
+    pub spacing: Option<f64>,
     /// Bonds, each once.
     pub bonds: Vec<StiffBond>,
     /// The nodal term of the hybrid model.
@@ -135,6 +137,7 @@ impl BondedCell {
             material: self.material.clone(),
             edges: Vector3::from_fn(|i, _| n[i] as f64 * self.edges[i]),
             radii: self.radii.as_ref().map(|r| again(r, nodes.len())),
+            spacing: self.spacing,
             nodal: self.nodal.as_ref().map(|term| NodalTerm {
                 stiffness: term.stiffness,
                 volumes: again(&term.volumes, nodes.len()),
@@ -207,6 +210,7 @@ fn of_grid(folder: &Path, nodes: Option<[usize; 3]>) -> Result<BondedCell> {
         edges: Vector3::from_fn(|i, _| n[i] as f64 * spacing),
         nodes: places(n).map(|at| Vector3::from_fn(|i, _| at[i] as f64 * spacing)).collect(),
         radii: None,
+        spacing: Some(spacing),
         bonds: grid_bonds(&table, &half, n, spacing),
         nodal: nodal.transpose()?,
     })
@@ -259,6 +263,7 @@ fn of_packing(folder: &Path) -> Result<BondedCell> {
         edges,
         nodes: packing.centres().to_vec(),
         radii: Some(packing.radii().to_vec()),
+        spacing: None,
         nodal: nodal_stiffness(&report)?.map(on_contacts).transpose()?,
         bonds,
     };

@@ -4,17 +4,18 @@
 mod arrays;
 mod cell;
 mod lammps;
+mod one_constant;
 mod spheres;
 mod truss;
 
 pub use cell::BondedCell;
 pub(super) use cell::contact_bonds;
 
-use crate::tensor::PAIRS;
+use crate::tensor::{PAIRS, Stiffness};
 use crate::{Error, Result};
 
 /// A program, or a format, that takes bonds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Engine {
     /// LAMMPS: a data file with harmonic bonds, and an input.
     Lammps,
@@ -26,15 +27,18 @@ pub enum Engine {
     Yade,
     /// Woo: spheres and bonds, and a script.
     Woo,
-    /// Peridigm's bond-based material: refused.
-    Peridigm,
-    /// PeriLab's bond-based material: refused.
-    PeriLab,
+    /// Peridigm's bond-based material: one micromodulus, the closest, if its tensor is within this share of the bonds' own.
+    Peridigm(f64),
+    /// PeriLab's bond-based material, as Peridigm's.
+    PeriLab(f64),
     /// The stiffness matrix and the loads of unit strains in MatrixMarket files.
     MatrixMarket,
     /// NumPy arrays of nodes and bonds.
     Numpy,
 }
+
+/// The tensor that the engine must measure.
+const EXPECTED: &str = "expected.csv";
 
 /// A file of an export: name and contents.
 pub type ExportFile = (String, Vec<u8>);
@@ -53,24 +57,23 @@ pub fn export(cell: &BondedCell, engine: Engine) -> Result<Vec<ExportFile>> {
         Engine::Calculix => truss::files(cell, truss::Element::Spring)?,
         Engine::Yade => spheres::files(cell, spheres::YADE),
         Engine::Woo => spheres::files(cell, spheres::WOO),
-        Engine::Peridigm => return Err(one_constant("Peridigm")),
-        Engine::PeriLab => return Err(one_constant("PeriLab")),
+        Engine::Peridigm(within) => return one_constant(cell, one_constant::Program::Peridigm, within),
+        Engine::PeriLab(within) => return one_constant(cell, one_constant::Program::PeriLab, within),
         Engine::MatrixMarket => arrays::matrix_market(cell)?,
         Engine::Numpy => arrays::numpy(cell),
     };
-    files.push(("expected.csv".into(), expected(cell)?.into_bytes()));
+    files.push((EXPECTED.into(), voigt_csv(&cell.measured()?).into_bytes()));
     Ok(files)
 }
 
-/// What an element test of the cell measures, as CSV: six rows of the Voigt matrix (Pa).
-fn expected(cell: &BondedCell) -> Result<String> {
-    let voigt = cell.measured()?.voigt();
+/// A tensor as CSV: six rows of the Voigt matrix (Pa).
+fn voigt_csv(c: &Stiffness) -> String {
     let name = |(i, j): (usize, usize)| format!("{}{}", i + 1, j + 1);
     let mut text = PAIRS.map(name).join(",") + "\n";
-    for row in voigt.row_iter() {
-        text += &(row.iter().map(|c| format!("{c:?}")).collect::<Vec<_>>().join(",") + "\n");
+    for row in c.voigt_rows() {
+        text += &(row.map(|c| format!("{c:?}")).join(",") + "\n");
     }
-    Ok(text)
+    text
 }
 
 /// The refusal of the hybrid model's nodal term.
@@ -95,13 +98,9 @@ fn refuse_tangential(cell: &BondedCell, engine: &str, why: &str) -> Result<()> {
     ))
 }
 
-/// The refusal of engines whose bonds all have the same constant.
-fn one_constant(engine: &str) -> Error {
-    Error::input(
-        format!(
-            "{engine}'s bond-based material has one micromodulus for all bonds, 18 K/(π δ⁴), from the bulk modulus; calibrated \
-             ones differ by length, even those of an isotropic tensor, and by direction"
-        ),
-        "export to lammps, yade, calculix, matrix-market or numpy, which take each bond as it is",
-    )
+/// The files of an engine whose bonds have one micromodulus; what it must measure is not what the calibrated bonds do.
+fn one_constant(cell: &BondedCell, program: one_constant::Program, within: f64) -> Result<Vec<ExportFile>> {
+    let (mut files, expected) = one_constant::files(cell, program, within)?;
+    files.push((EXPECTED.into(), expected.into_bytes()));
+    Ok(files)
 }
