@@ -35,9 +35,9 @@ const BOND_SHARES: [f64; 6] = [1.0, 0.5, 0.25, 0.1, 0.03, 0.01];
 const NOT_NEGATIVE: f64 = 1e-12;
 
 /// How a lattice's bonds are corrected.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Correction {
-    /// The test that measures. Fields are always taken.
+    /// The test that measures. Fields are always taken; its watch is told which correction is under way, and can stop it.
     pub test: ElementTest,
     /// Relative error of the measured constants (or tensor) at which to stop (–).
     pub tolerance: f64,
