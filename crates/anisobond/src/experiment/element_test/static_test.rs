@@ -130,6 +130,7 @@ impl ElementTest {
     /// What [`BondList::new`] refuses; a network without bonds; a mechanism, or displacements of negative energy, unless
     /// only to be reported; [`Error::Interrupted`] where the watch stops it.
     pub fn run(&self, network: &Network) -> Result<ElementTestResult> {
+        self.watch.check("the element test")?;
         let mut mechanism = self.mechanism_of_graph(network)?;
         let list = BondList::new(network)?;
         let preconditioner = BlockJacobi::new(&list, self.rotations == Rotations::Free);
