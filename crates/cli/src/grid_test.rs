@@ -20,7 +20,7 @@ pub fn run(args: &args::ElementTest, rotations: Rotations) -> Result<Ending> {
     let material = io::find_material(&args.material, None, None)?;
     let neighbourhood = calibrate::neighbourhood(&args.neighbourhood)?;
     let test = GridStudy::usual_test(rotations);
-    let correction = args.bonds.correct.map(|_| Correction { test, ..Correction::default() });
+    let correction = args.bonds.correct.map(|_| Correction { test: test.clone(), ..Correction::default() });
     let model = model(args.bonds.model, Model::Central);
     let cell = cell(&args.grid)?;
     let calibrator = ModelCalibrator::new(&neighbourhood, GridStudy::settings(model, rotations))?;

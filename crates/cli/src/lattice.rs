@@ -104,7 +104,8 @@ fn plan(args: &args::BondArgs, rotations: Rotations) -> LatticePlan {
         args::CorrectName::Elliptic => CorrectionChoice::Elliptic,
         args::CorrectName::General => CorrectionChoice::General,
     });
-    LatticePlan::new(model(args.model, Model::Micropolar), correct, rotations)
+    let test = ElementTest { rotations, ..ElementTest::default() };
+    LatticePlan::new(model(args.model, Model::Micropolar), correct, test)
 }
 
 fn study(

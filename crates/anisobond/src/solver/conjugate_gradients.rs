@@ -6,6 +6,7 @@
 use serde::Serialize;
 
 use super::preconditioner::BlockJacobi;
+use super::watch::Watch;
 use crate::operator::{BondList, Field, NodeField};
 
 /// A direction p of no more energy than this part of p·Mp is a free motion.
@@ -61,27 +62,39 @@ impl SolverReport {
 
 /// Solve K x = b for L load cases. K may be singular (translations always are) as long as b does no work on its zero
 /// modes, which forces from strains never do. If K turns out indefinite, the solve ends and the report says so.
-///
-/// The same code is compiled for wider vectors where the processor has them; without fused multiply-add, so that the
-/// bits do not depend on the processor.
 pub fn conjugate_gradients<const L: usize>(
     list: &BondList,
     preconditioner: &BlockJacobi,
     b: &[NodeField<L>],
     stopping: &Stopping,
 ) -> (Field<L>, SolverReport) {
+    conjugate_gradients_watched(list, preconditioner, b, stopping, &Watch::default())
+}
+
+/// [`conjugate_gradients`] under a watch. Told to stop, the solve ends where it is; the report says that it has not
+/// converged.
+///
+/// The same code is compiled for wider vectors where the processor has them; without fused multiply-add, so that the
+/// bits do not depend on the processor.
+pub fn conjugate_gradients_watched<const L: usize>(
+    list: &BondList,
+    preconditioner: &BlockJacobi,
+    b: &[NodeField<L>],
+    stopping: &Stopping,
+    watch: &Watch,
+) -> (Field<L>, SolverReport) {
     #[cfg(target_arch = "x86_64")]
     {
         if is_x86_feature_detected!("avx512f") {
             // SAFETY: the processor has the features that the function was compiled for.
-            return unsafe { with_avx512(list, preconditioner, b, stopping) };
+            return unsafe { with_avx512(list, preconditioner, b, stopping, watch) };
         }
         if is_x86_feature_detected!("avx2") {
             // SAFETY: as above.
-            return unsafe { with_avx2(list, preconditioner, b, stopping) };
+            return unsafe { with_avx2(list, preconditioner, b, stopping, watch) };
         }
     }
-    iterate(list, preconditioner, b, stopping)
+    iterate(list, preconditioner, b, stopping, watch)
 }
 
 /// [`iterate`] with 512-bit vectors.
@@ -92,8 +105,9 @@ fn with_avx512<const L: usize>(
     preconditioner: &BlockJacobi,
     b: &[NodeField<L>],
     stopping: &Stopping,
+    watch: &Watch,
 ) -> (Field<L>, SolverReport) {
-    iterate(list, preconditioner, b, stopping)
+    iterate(list, preconditioner, b, stopping, watch)
 }
 
 /// [`iterate`] with 256-bit vectors.
@@ -104,8 +118,9 @@ fn with_avx2<const L: usize>(
     preconditioner: &BlockJacobi,
     b: &[NodeField<L>],
     stopping: &Stopping,
+    watch: &Watch,
 ) -> (Field<L>, SolverReport) {
-    iterate(list, preconditioner, b, stopping)
+    iterate(list, preconditioner, b, stopping, watch)
 }
 
 /// The method.
@@ -115,6 +130,7 @@ fn iterate<const L: usize>(
     preconditioner: &BlockJacobi,
     b: &[NodeField<L>],
     stopping: &Stopping,
+    watch: &Watch,
 ) -> (Field<L>, SolverReport) {
     let mut x = list.zeros();
     let mut r = b.to_vec();
@@ -128,7 +144,11 @@ fn iterate<const L: usize>(
     let mut size = start;
     let mut negative_curvature = preconditioner.indefinite();
     let (mut iterations, mut idle) = (0, false);
-    while active(&rz, &start, stopping) && iterations < stopping.most_iterations && !negative_curvature {
+    while active(&rz, &start, stopping)
+        && iterations < stopping.most_iterations
+        && !negative_curvature
+        && !watch.stopped()
+    {
         list.apply(&p, &mut q);
         let energy = dot(&p, &q);
         negative_curvature = (0..L).any(|l| energy[l] < -NEGATIVE * size[l]);
@@ -145,6 +165,7 @@ fn iterate<const L: usize>(
         size = std::array::from_fn(|l| rz_next[l] + beta[l] * beta[l] * size[l]);
         rz = rz_next;
         iterations += 1;
+        watch.count();
     }
     let residual = relative(&rz, &start).into_iter().fold(0.0, f64::max);
     let accepted = if idle { stopping.tolerance.max(ROUNDING) } else { stopping.tolerance };
