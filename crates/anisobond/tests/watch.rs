@@ -153,10 +153,10 @@ fn a_solve_that_is_watched_has_the_bits_of_one_that_is_not() {
     let stopping = Stopping::default();
     let (x, report) = conjugate_gradients(&list, &m, &b, &stopping);
     let watch = Watch::default();
-    assert_eq!((x, report), conjugate_gradients_watched(&list, &m, &b, &stopping, &watch));
+    assert_eq!((x, report), conjugate_gradients_watched(&list, &m, &b, &[0.0; 2], &stopping, &watch));
     assert!(report.converged && report.iterations > 10 && watch.iterations() == report.iterations as u64);
     watch.stop();
-    let (x, report) = conjugate_gradients_watched(&list, &m, &b, &stopping, &watch);
+    let (x, report) = conjugate_gradients_watched(&list, &m, &b, &[0.0; 2], &stopping, &watch);
     assert!(!report.converged && report.iterations == 0 && x == list.zeros());
 }
 

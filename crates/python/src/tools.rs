@@ -3,7 +3,7 @@
 use std::ffi::{CString, OsString};
 use std::path::PathBuf;
 
-use anisobond::io::{self, BondedCell, Engine, report_page, write_atomically, write_files};
+use anisobond::io::{self, BondedCell, Engine, report_page, write_atomically};
 use anisobond::tensor::Material;
 use anisobond_cli::describe;
 use pyo3::exceptions::PyUserWarning;

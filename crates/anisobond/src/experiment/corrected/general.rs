@@ -30,6 +30,12 @@ const REGULARISATION: f64 = 1e-5;
 /// Halvings of a step of the frozen problem.
 const MOST_INNER_HALVINGS: usize = 50;
 
+/// Relative residual below which only [`FEW_INNER_HALVINGS`] are tried: what is left is about to be rounding.
+const INNER_NEARLY: f64 = 1e-9;
+
+/// See [`INNER_NEARLY`].
+const FEW_INNER_HALVINGS: usize = 4;
+
 /// 21 coordinates of a tensor.
 pub(super) type Coordinates = SVector<f64, 21>;
 
@@ -170,7 +176,8 @@ impl Form<21> for General {
             let Some(step) = system.lu().solve(&missing) else { break };
             let mut share = 1.0;
             let mut accepted = None;
-            for _ in 0..MOST_INNER_HALVINGS {
+            let nearly = missing.norm() <= INNER_NEARLY * target.norm();
+            for _ in 0..if nearly { FEW_INNER_HALVINGS } else { MOST_INNER_HALVINGS } {
                 // Told to stop, the problem is left as it is: the test that follows says so.
                 if self.watch.stopped() {
                     break;
