@@ -36,8 +36,8 @@ pub fn calibrate_table<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let settings = settings(model, form, promise, lower_bound)?;
     let path = convert::path(table)?;
-    let rows = io::read_table(&path, unit).or_raise()?;
     let grid = chosen(py, "calibrate_table", neighbourhood, keywords)?.get().grid.clone();
+    let rows = py.detach(|| io::read_table(&path, unit)).or_raise()?;
     let output = output.map(convert::path).transpose()?;
     let found = watched(py, progress, "rows", |stop, tell| {
         let calibrator = ModelCalibrator::new(&grid, settings)?;

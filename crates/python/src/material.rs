@@ -36,6 +36,10 @@ pub fn read(given: &Bound<'_, PyAny>, unit: Option<&str>, order: Option<&str>) -
     if given.hasattr("__fspath__")? || given.extract::<String>().is_ok() {
         refuse(&[], "a name or a file, whose numbers have units and an order of their own", "leave it out")?;
         let path = convert::path(given)?;
+        if path.is_file() && anisobond::io::is_table(&path) {
+            let remedy = "give it to calibrate_table, or one of its rows as an array";
+            return Err(wrong(format!("{} is a table of materials", path.display()), remedy));
+        }
         return anisobond::io::find_material(&path.to_string_lossy(), None, None).or_raise();
     }
     let known = py.import("anisobond._interop")?.getattr("recognise")?.call1((given,))?;
@@ -79,7 +83,11 @@ fn of_array(given: &Bound<'_, PyAny>, unit: &str, order: Option<&str>) -> PyResu
         [3, 3, 3, 3] if order.is_some() => {
             Err(wrong("order is given with all 3×3×3×3 components, whose indices are their order", "leave it out"))
         }
-        [3, 3, 3, 3] => full(numbers).map(|c| c.scaled(size)),
+        [3, 3, 3, 3] => {
+            let c = full(numbers)?;
+            c.require_positive_definite().or_raise()?;
+            Ok(c.scaled(size))
+        }
         _ => {
             Err(wrong(format!("the stiffness has the shape {shape:?}"), "give a 6×6 matrix or all 3×3×3×3 components"))
         }

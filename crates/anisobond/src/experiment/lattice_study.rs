@@ -96,7 +96,7 @@ impl LatticeStudy {
             },
             (Model::Central | Model::Hybrid, Some((CorrectionChoice::Elliptic, _))) => Err(Error::input(
                 "the elliptic correction needs tangential bonds",
-                "use --correct general, or the micropolar model",
+                "use the general correction, or the micropolar model",
             )),
             (Model::Central, correction) => LatticeStudy::central(lattice, target, correction.map(|c| c.1)),
             (Model::Hybrid, correction) => LatticeStudy::hybrid(lattice, target, correction.map(|c| c.1)),

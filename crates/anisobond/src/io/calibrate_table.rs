@@ -3,11 +3,12 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
+use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::Value;
 use serde_json::value::{RawValue, to_raw_value};
 
-use super::flat::FlatTable;
+use super::flat::{FlatTable, columns};
 use super::journal::Journal;
 use super::model_report::ModelReport;
 use super::report::NeighbourhoodReport;
@@ -137,8 +138,8 @@ impl TableResults {
     /// A table with a column per number of the JSON objects: `micromodulus.max`, `target.c11` … `target.c66`,
     /// `dual.1111` …; a row that failed has its `id`, `line`, `material` and `error` only.
     pub fn table(&self) -> FlatTable {
-        let values: Vec<Value> = self.values().collect();
-        FlatTable::of(&values)
+        let flat = |row: &Box<RawValue>| serde_json::from_str(row.get()).ok().map(|value| columns(&value));
+        FlatTable::of_rows(self.rows.par_iter().flatten().filter_map(flat).collect())
     }
 
     /// Write the table as CSV, whole or not at all.

@@ -33,7 +33,11 @@ pub enum Column {
 impl FlatTable {
     /// JSON objects as rows: their numbers, texts and truths under dotted names.
     pub fn of<'a>(objects: impl IntoIterator<Item = &'a Value>) -> Self {
-        let rows: Vec<FlatRow> = objects.into_iter().map(columns).collect();
+        FlatTable::of_rows(objects.into_iter().map(columns).collect())
+    }
+
+    /// Rows under the header that they make.
+    pub(super) fn of_rows(rows: Vec<FlatRow>) -> Self {
         FlatTable { header: header(&rows), rows }
     }
 
@@ -158,7 +162,7 @@ mod tests {
             ),
             row(serde_json::json!({"id": "1e5", "horizon": 3.5, "shape": {"name": 1}, "why": "x", "bonds": 6})),
         ];
-        let table = FlatTable { header: header(&rows), rows };
+        let table = FlatTable::of_rows(rows);
         let found: HashMap<String, Column> = table.columns().into_iter().collect();
         let texts = |all: &[Option<&str>]| Column::Text(all.iter().map(|t| t.map(String::from)).collect());
         assert_eq!(found["id"], texts(&[Some("007"), Some("1e5")]));

@@ -15,7 +15,7 @@ _SHOWN = 12
 #: Units of numbers by the name of their key (SI). Others are without unit, or of none that their key alone tells.
 _UNIT_OF = {
     **dict.fromkeys(
-        ["norm", "kelvin_moduli", "bulk", "shear", "hill_young", "young", "pressure", "e1", "e2", "e3", "g23", "g13", "g12"]
+        ["norm", "kelvin_moduli", "bulk", "shear", "hill_young", "young", "pressure", "smallest_eigenvalue", "e1", "e2", "e3", "g23", "g13", "g12"]
         + ["ex", "ey", "ez", "gyz", "gzx", "gxy", "en_a", "en_b", "et_a", "et_b", "given", "dependent"],
         "Pa",
     ),
@@ -68,8 +68,7 @@ def _dictionary(value: dict[str, Any], above: str = "") -> str:
             deeper = above if key in _OF_ABOVE else key
             folded += f"<details{open_}><summary>{name}</summary>{_of(item, unit, deeper)}</details>"
         else:
-            side = "right" if isinstance(item, (int, float)) and not isinstance(item, bool) else "left"
-            cell = f'<td style="text-align:{side};padding:0.1em 0.7em">{_of(item, unit)}</td>'
+            cell = f'<td style="text-align:left;padding:0.1em 0.7em">{_of(item, unit)}</td>'
             plain += f'<tr><th style="text-align:left">{name}</th>{cell}</tr>'
     return (f"<table>{plain}</table>" if plain else "") + folded
 
@@ -114,7 +113,7 @@ def _matrix_table(rows: list[list[float]]) -> str:
         share = abs(x) / largest if largest else 0.0
         hue = "68, 1, 84" if x < 0 else "33, 145, 140"
         text = "0" if abs(x) < 5e-10 * largest else f"{x / unit:.5g}"
-        style = f"background:rgba({hue},{0.5 * share:.3f});text-align:right;min-width:4em"
+        style = f"background:rgba({hue},{0.5 * share:.3f});text-align:right;min-width:4em;padding:0.1em 0.5em"
         return f'<td style="{style}">{text}</td>'
 
     body = "".join(f"<tr>{''.join(cell(x) for x in row)}</tr>" for row in rows)
