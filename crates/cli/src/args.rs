@@ -429,7 +429,8 @@ Examples:
   anisobond calibrate KIO3 --horizon 3 -o kio3 && anisobond export kio3 --to lammps
   cd kio3/lammps && lmp -in in.element_test      # measured.csv is expected.csv
   anisobond lattice sample.txt rock.toml --model central -o lattice && anisobond export lattice --to calculix
-  anisobond export kio3 --to numpy --nodes 10,10,12 -o arrays")]
+  anisobond export kio3 --to numpy --nodes 10,10,12 -o arrays
+  anisobond calibrate Pyroceram --horizon 4 -o glass && anisobond export glass --to peridigm --within 0.02")]
 pub struct Export {
     /// Folder that `anisobond calibrate -o` or `anisobond lattice -o` wrote
     #[arg(value_name = "DIR")]
@@ -440,6 +441,9 @@ pub struct Export {
     /// Nodes of a grid's periodic block along each axis [default: the fewest that bonds do not meet themselves in, and one]
     #[arg(long, value_name = "N[,N,N]")]
     pub nodes: Option<String>,
+    /// Peridigm and PeriLab: how far the tensor of their one micromodulus may be from the calibrated one, as a share
+    #[arg(long, value_name = "SHARE", default_value_t = 1e-6)]
+    pub within: f64,
     /// Folder for the files [default: DIR/ENGINE]
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
@@ -492,9 +496,9 @@ pub enum EngineName {
     Yade,
     /// Spheres, bonds and a script
     Woo,
-    /// Refused: its bonds have one constant
+    /// Decks of one micromodulus, where that comes --within
     Peridigm,
-    /// Refused: its bonds have one constant
+    /// Decks of one micromodulus, where that comes --within
     #[value(name = "perilab")]
     PeriLab,
     /// The linear system of the element test, and Python that solves it

@@ -1,11 +1,12 @@
 //! The command line, exports, pages, the documents' values, and settings of the process.
 
-use std::ffi::OsString;
+use std::ffi::{CString, OsString};
 use std::path::PathBuf;
 
-use anisobond::io::{self, BondedCell, Engine, report_page, write_atomically, write_files};
+use anisobond::io::{self, BondedCell, Engine, report_page, write_atomically};
 use anisobond::tensor::Material;
 use anisobond_cli::describe;
+use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -43,21 +44,28 @@ pub fn builtin_materials() -> Vec<&'static str> {
 /// Write calibrated bonds for an engine, with an input that performs the engine's own element test, as `anisobond export`;
 /// the paths written.
 ///
-/// `folder` is one that `Calibration.write` or `Lattice.write` wrote; `to` is lammps, abaqus, calculix, matrix-market or
-/// numpy; `nodes` are those of a grid's periodic block along each axis. `output` is the folder [FOLDER/ENGINE].
+/// `folder` is one that `Calibration.write` or `Lattice.write` wrote; `to` is lammps, abaqus, calculix, yade, woo, peridigm,
+/// perilab, matrix-market or numpy; `nodes` are those of a grid's periodic block along each axis. Peridigm and PeriLab have one
+/// micromodulus for all bonds: `within` is how far its tensor may be from the calibrated one, as a share. `output` is the
+/// folder [FOLDER/ENGINE].
 #[pyfunction]
-#[pyo3(signature = (folder, *, to, nodes=None, output=None))]
+#[pyo3(signature = (folder, *, to, nodes=None, within=1e-6, output=None))]
 pub fn export(
     py: Python<'_>,
     folder: &Bound<'_, PyAny>,
     to: &str,
     nodes: Option<&Bound<'_, PyAny>>,
+    within: f64,
     output: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Vec<PathBuf>> {
     let engines = [
         ("lammps", Engine::Lammps),
         ("abaqus", Engine::Abaqus),
         ("calculix", Engine::Calculix),
+        ("yade", Engine::Yade),
+        ("woo", Engine::Woo),
+        ("peridigm", Engine::Peridigm(within)),
+        ("perilab", Engine::PeriLab(within)),
         ("matrix-market", Engine::MatrixMarket),
         ("numpy", Engine::Numpy),
     ];
@@ -65,11 +73,16 @@ pub fn export(
     let folder = convert::path(folder)?;
     let nodes = nodes.map(|n| convert::three_counts(n, "nodes")).transpose()?;
     let output = output.map_or_else(|| Ok(folder.join(to)), convert::path)?;
-    background(py, move || {
-        let files = io::export(&BondedCell::read(&folder, nodes)?, engine)?;
-        write_files(&output, &files)?;
-        Ok(files.iter().map(|f| output.join(&f.0)).collect())
-    })
+    let (files, warning) = background(py, move || {
+        let export = io::export(&BondedCell::read(&folder, nodes)?, engine)?;
+        export.write(&output)?;
+        Ok((export.files.iter().map(|f| output.join(&f.0)).collect(), export.warning))
+    })?;
+    if let Some(warning) = warning {
+        let text = CString::new(warning.to_string()).unwrap_or_default();
+        PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)?;
+    }
+    Ok(files)
 }
 
 /// Write one self-contained HTML page of a folder of results, as `anisobond report`; its path [FOLDER/report.html].

@@ -294,6 +294,7 @@ def lattice(
     axis: str | ArrayLike | None = None,
     model: _Model = "micropolar",
     correct: _Correct = None,
+    progress: _Progress = None,
 ) -> Lattice: ...
 
 @final
@@ -322,6 +323,7 @@ def element_test(
     rotations: _Rotations = "free",
     method: Literal["static", "dynamic"] = "static",
     strain: float | None = None,
+    progress: _Progress = None,
 ) -> ElementTest: ...
 
 @final
@@ -353,6 +355,7 @@ def grid_test(
     displaced: float = 0.0,
     voids: float | ArrayLike | None = None,
     seed: int = 0,
+    progress: _Progress = None,
     **keywords: Unpack[_Bonds],
 ) -> GridTest: ...
 
@@ -419,8 +422,9 @@ class Cavity:
 def export(
     folder: _Path,
     *,
-    to: Literal["lammps", "abaqus", "calculix", "matrix-market", "numpy"],
+    to: Literal["lammps", "abaqus", "calculix", "yade", "woo", "peridigm", "perilab", "matrix-market", "numpy"],
     nodes: _Three | None = None,
+    within: float = 1e-6,
     output: _Path | None = None,
 ) -> list[Path]: ...
 def report(folder: _Path, output: _Path | None = None) -> Path: ...

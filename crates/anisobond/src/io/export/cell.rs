@@ -20,7 +20,7 @@ use crate::{Error, Result};
 /// More nodes than this are refused before memory is taken.
 const MOST_NODES: f64 = 4e6;
 
-/// A rectangular periodic cell of bonded nodes. No bond is longer than half of any edge, so that engines that look for
+/// A rectangular periodic cell of bonded nodes. Along no edge is a bond longer than half of it, so that engines that look for
 /// the nearest image find the right one.
 #[derive(Clone, Debug)]
 pub struct BondedCell {
@@ -32,6 +32,8 @@ pub struct BondedCell {
     pub nodes: Vec<Vector3<f64>>,
     /// Radii of spheres (m), of a packing.
     pub radii: Option<Vec<f64>>,
+    /// Spacing of the nodes (m), of a grid.
+    pub spacing: Option<f64>,
     /// Bonds, each once.
     pub bonds: Vec<StiffBond>,
     /// The nodal term of the hybrid model.
@@ -64,10 +66,12 @@ impl BondedCell {
             }
             return of_packing(folder).map_err(|e| e.at(folder.display()));
         }
-        Err(Error::input(
-            format!("{} holds no bonds", folder.display()),
-            "give a folder that `anisobond calibrate -o` or `anisobond lattice -o` wrote",
-        ))
+        let problem = if folder.join("element-test.json").is_file() {
+            format!("{} is of an element test, which may have changed its bonds", folder.display())
+        } else {
+            format!("{} holds no bonds", folder.display())
+        };
+        Err(Error::input(problem, "give a folder that `anisobond calibrate -o` or `anisobond lattice -o` wrote"))
     }
 
     /// Volume (m³).
@@ -96,13 +100,20 @@ impl BondedCell {
         Network { nodes, bonds, volume: self.volume(), nodal: self.nodal.clone() }
     }
 
-    /// The stiffness (Pa) that a static element test of the cell measures, node rotations free.
+    /// The stiffness (Pa) that a static element test of the cell measures, node rotations free; and what moves freely in it,
+    /// if anything does.
     ///
     /// # Errors
     /// Bonds that are no lattice.
-    pub fn measured(&self) -> Result<Stiffness> {
-        let test = ElementTest { mechanisms: Mechanisms::Report, ..ElementTest::default() };
-        Ok(test.run(&self.network())?.measured)
+    pub fn measured(&self) -> Result<(Stiffness, Option<Error>)> {
+        let network = self.network();
+        match ElementTest::default().run(&network) {
+            Ok(result) => Ok((result.measured, None)),
+            Err(mechanism) => {
+                let test = ElementTest { mechanisms: Mechanisms::Report, ..ElementTest::default() };
+                Ok((test.run(&network)?.measured, Some(mechanism)))
+            }
+        }
     }
 
     /// Cells around which a bond goes: x_b + shift = x_a + branch, in numbers of edges.
@@ -135,6 +146,7 @@ impl BondedCell {
             material: self.material.clone(),
             edges: Vector3::from_fn(|i, _| n[i] as f64 * self.edges[i]),
             radii: self.radii.as_ref().map(|r| again(r, nodes.len())),
+            spacing: self.spacing,
             nodal: self.nodal.as_ref().map(|term| NodalTerm {
                 stiffness: term.stiffness,
                 volumes: again(&term.volumes, nodes.len()),
@@ -181,12 +193,12 @@ fn of_grid(folder: &Path, nodes: Option<[usize; 3]>) -> Result<BondedCell> {
     let table = read_bonds(folder.join("bonds.csv"))?;
     let reach: [usize; 3] =
         std::array::from_fn(|i| table.offset.iter().map(|o| o[i].unsigned_abs() as usize).max().unwrap_or(0));
-    let most = reach.iter().max().copied().unwrap_or(1);
-    let n = nodes.unwrap_or([2 * most + 2; 3]);
-    if n.iter().any(|&n| n <= 2 * most) {
+    let n = nodes.unwrap_or(reach.map(|reach| 2 * reach + 2));
+    if n.iter().zip(reach).any(|(&n, reach)| n <= 2 * reach) {
+        let [a, b, c] = reach.map(|reach| 2 * reach + 1);
         return Err(Error::input(
-            format!("a block of {n:?} nodes for bonds of up to {most} spacings"),
-            format!("give at least {} nodes along each axis", 2 * most + 1),
+            format!("a block of {n:?} nodes for bonds of up to {reach:?} spacings"),
+            format!("give at least {a},{b},{c} nodes along the axes"),
         ));
     }
     BondedCell::refuse_too_large(n.iter().map(|&n| n as f64).product())?;
@@ -207,6 +219,7 @@ fn of_grid(folder: &Path, nodes: Option<[usize; 3]>) -> Result<BondedCell> {
         edges: Vector3::from_fn(|i, _| n[i] as f64 * spacing),
         nodes: places(n).map(|at| Vector3::from_fn(|i, _| at[i] as f64 * spacing)).collect(),
         radii: None,
+        spacing: Some(spacing),
         bonds: grid_bonds(&table, &half, n, spacing),
         nodal: nodal.transpose()?,
     })
@@ -259,6 +272,7 @@ fn of_packing(folder: &Path) -> Result<BondedCell> {
         edges,
         nodes: packing.centres().to_vec(),
         radii: Some(packing.radii().to_vec()),
+        spacing: None,
         nodal: nodal_stiffness(&report)?.map(on_contacts).transpose()?,
         bonds,
     };
