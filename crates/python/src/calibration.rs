@@ -172,7 +172,7 @@ impl Calibration {
     }
 
     /// A pickle holds what was asked, which is calibrated again: the bits are the same.
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Stiffness, Py<Neighbourhood>))> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> convert::Pickled<'py, (Stiffness, Py<Neighbourhood>)> {
         let calibrate = py.import("anisobond._native")?.getattr("calibrate")?;
         let again = py.import("functools")?.getattr("partial")?.call((calibrate,), Some(self.given.bind(py)))?;
         Ok((again, (self.target(), self.neighbourhood.clone_ref(py))))

@@ -11,6 +11,9 @@ use serde_json::Value;
 
 use crate::work::{OrRaise, wrong};
 
+/// What a pickle holds: the function that makes a value again, and what it is given.
+pub type Pickled<'py, T> = PyResult<(Bound<'py, PyAny>, T)>;
+
 /// A JSON value as Python's own: dict, list, str, float, int, bool, None.
 pub fn json<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
     Ok(match value {

@@ -295,11 +295,10 @@ impl Packing {
         )
     }
 
-    #[allow(clippy::type_complexity)]
     fn __reduce__<'py>(
         &self,
         py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyAny>, (Array<'py>, Array<'py>, Option<Array<'py>>, Option<String>))> {
+    ) -> convert::Pickled<'py, (Array<'py>, Array<'py>, Option<Array<'py>>, Option<String>)> {
         let made = py.import("anisobond._native")?.getattr("_packing")?;
         let generated = self.generated.as_ref().map(Value::to_string);
         Ok((made, (self.centres(py)?, self.radii(py)?, self.cell(py)?, generated)))

@@ -53,7 +53,7 @@ impl Report {
         slf.call_method0("table")?.call_method0("to_arrow")
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (String, String, String))> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> convert::Pickled<'py, (String, String, String)> {
         let (py, this) = (slf.py(), slf.get());
         // Others hold more than their report.
         if !slf.get_type().is(py.get_type::<Report>()) {

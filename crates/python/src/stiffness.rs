@@ -411,11 +411,7 @@ impl Stiffness {
     }
 
     // The matrix that is kept: the Voigt matrix and back would lose a bit.
-    #[allow(clippy::type_complexity)]
-    fn __reduce__<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyAny>, (Vec<f64>, String, Option<f64>, String))> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> convert::Pickled<'py, (Vec<f64>, String, Option<f64>, String)> {
         let m = &self.material;
         let made = py.import("anisobond._native")?.getattr("_stiffness")?;
         let mandel = self.tensor().mandel().as_slice().to_vec();
