@@ -53,7 +53,7 @@ fn smilauer_findings(args: &args::Verify) -> Result<Option<Vec<Finding>>> {
         None => {
             return Err(Error::input(
                 "the suite smilauer needs the document's packing",
-                "give --packing 'pbc-spheres_N=2556,r=0.03,rRelFuzz=0.txt', which the document offers for download",
+                "give as the packing (--packing) 'pbc-spheres_N=2556,r=0.03,rRelFuzz=0.txt', which the document offers for download",
             ));
         }
     };

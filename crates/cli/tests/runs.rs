@@ -73,8 +73,15 @@ fn folders_with_results_are_not_overwritten() {
     let out = dir.path().join("out");
     let out = out.to_str().unwrap();
     json(&["run", &case, "-o", out, "--json"]);
-    assert!(refused(&["run", &case, "-o", out], 2).contains("already has results"));
-    assert!(refused(&["run", &case, "-o", out, "--resume"], 2).contains("no checkpoint"));
+    // A finished run cannot be gone on with, and is not said to be.
+    for more in [&[][..], &["--resume"]] {
+        let message = refused(&[&["run", &case, "-o", out], more].concat(), 2);
+        assert!(message.contains("already has results") && message.contains("finished"), "{message}");
+        assert!(message.contains("another folder") && !message.contains("--resume"), "{message}");
+    }
+    let empty = dir.path().join("empty");
+    let message = refused(&["run", &case, "-o", empty.to_str().unwrap(), "--resume"], 2);
+    assert!(message.contains("no checkpoint") && message.contains("leave --resume"), "{message}");
 }
 
 /// The plan of a run names its stable step, steps and time.

@@ -1,4 +1,4 @@
-//! `calibrate`, `calibrate_table` and `advise`.
+//! `calibrate` and `advise`.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -7,21 +7,20 @@ use anisobond::calibration::{
     HybridForm, LowerBound, Model, ModelCalibration, ModelCalibrator, ModelSettings, Promise,
 };
 use anisobond::io::{
-    self, AdviceReport, BondModuli, BondTable, Journal, ModelReport, NeighbourhoodReport, calibration_files,
-    write_files,
+    AdviceReport, BondModuli, BondTable, ModelReport, NeighbourhoodReport, calibration_files, write_files,
 };
 use anisobond::tensor::Material;
 use anisobond_cli::describe;
-use numpy::{PyArray2, PyArrayDyn};
+use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::{PyBool, PyDict, PyList};
 
 use crate::convert;
 use crate::material::material as material_of;
 use crate::neighbourhood::{Neighbourhood, chosen};
-use crate::report::{Report, number, percent, table, table_of_csv};
+use crate::report::{Report, number, percent, table};
 use crate::stiffness::Stiffness;
-use crate::work::{Beat, NotExact, OrRaise, background, watched, wrong};
+use crate::work::{NotExact, background, wrong};
 
 /// What a calibration found.
 struct Found {
@@ -36,6 +35,8 @@ struct Found {
 pub struct Calibration {
     found: Arc<Found>,
     neighbourhood: Py<Neighbourhood>,
+    /// The keywords that it was made with.
+    given: Py<PyDict>,
     micromodulus: Py<PyArrayDyn<f64>>,
     tangential: Option<Py<PyArrayDyn<f64>>>,
 }
@@ -130,7 +131,7 @@ impl Calibration {
 
     /// The nodal term Z, Voigt (Pa); None of other models than hybrid. It need not be positive.
     #[getter]
-    fn nodal_term<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+    fn nodal_term<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArrayDyn<f64>>>> {
         self.found.result.nodal().map(|z| convert::matrix6(py, &z.voigt())).transpose()
     }
 
@@ -170,14 +171,11 @@ impl Calibration {
         table(py, &format!("bonds of {}", this.found.material.name), columns)
     }
 
-    /// The bonds as a pandas DataFrame.
-    fn to_pandas<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        Calibration::table(slf)?.call_method0("to_pandas")
-    }
-
-    /// The bonds as a pyarrow Table.
-    fn to_arrow<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        Calibration::table(slf)?.call_method0("to_arrow")
+    /// A pickle holds what was asked, which is calibrated again: the bits are the same.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> convert::Pickled<'py, (Stiffness, Py<Neighbourhood>)> {
+        let calibrate = py.import("anisobond._native")?.getattr("calibrate")?;
+        let again = py.import("functools")?.getattr("partial")?.call((calibrate,), Some(self.given.bind(py)))?;
+        Ok((again, (self.target(), self.neighbourhood.clone_ref(py))))
     }
 
     /// Write report, bonds, VTK file and pictures into a folder, as `anisobond calibrate -o`; the paths written.
@@ -193,7 +191,7 @@ impl Calibration {
 }
 
 /// The model that keywords describe; keywords of another model are refused.
-fn settings(
+pub fn settings(
     model: &str,
     form: Option<&str>,
     promise: Option<&str>,
@@ -235,7 +233,7 @@ fn bound_of(given: &Bound<'_, PyAny>) -> PyResult<LowerBound> {
 ///
 /// `model` is central, micropolar (normal and tangential bonds, node rotations free; `promise` sum or free-rotations) or
 /// hybrid (normal bonds and a nodal term; `form` remainder or stable). `lower_bound` (N/m⁶, or "max") is of the central
-/// model. With `require_exact`, a relative error above it raises `NotExact`. The bonds are those of a `Neighbourhood`, or
+/// model. With `require_exact`, a relative error above it (True: 1e-9) raises `NotExact`. The bonds are those of a `Neighbourhood`, or
 /// of its keywords: horizon, shape, semi_axes, influence, spacing, rotate.
 ///
 /// A target out of reach is no error: the closest bonds are returned, with the certificate.
@@ -259,15 +257,18 @@ pub fn calibrate<'py>(
     form: Option<&str>,
     promise: Option<&str>,
     lower_bound: Option<&Bound<'py, PyAny>>,
-    require_exact: Option<f64>,
+    require_exact: Option<&Bound<'py, PyAny>>,
     keywords: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, Calibration>> {
     let settings = settings(model, form, promise, lower_bound)?;
-    if let Some(error) = require_exact.filter(|e| e.is_nan() || *e < 0.0) {
-        return Err(wrong(format!("require_exact = {error}"), "give a relative error ≥ 0, as 1e-9"));
-    }
+    let require_exact = require_exact.map_or(Ok(None), required)?;
+    let given = PyDict::new(py);
+    given.set_item("model", model)?;
+    given.set_item("form", form)?;
+    given.set_item("promise", promise)?;
+    given.set_item("lower_bound", lower_bound)?;
     let material = material_of(material)?;
-    let neighbourhood = chosen(py, neighbourhood, keywords)?;
+    let neighbourhood = chosen(py, "calibrate", neighbourhood, keywords)?;
     let grid = neighbourhood.get().grid.clone();
     let found = background(py, move || {
         let calibrator = ModelCalibrator::new(&grid, settings)?;
@@ -276,7 +277,7 @@ pub fn calibrate<'py>(
         let bonds = BondTable::new(&grid, &BondModuli::of(&result))?;
         Ok(Found { material, result, report, bonds })
     })?;
-    let made = calibration(py, found, neighbourhood)?;
+    let made = calibration(py, found, neighbourhood, given.unbind())?;
     let promised = made.get().error();
     if let Some(required) = require_exact.filter(|e| promised.is_nan() || promised > *e) {
         let error = NotExact::new_err(format!(
@@ -291,7 +292,23 @@ pub fn calibrate<'py>(
     Ok(made)
 }
 
-fn calibration(py: Python<'_>, found: Found, neighbourhood: Py<Neighbourhood>) -> PyResult<Bound<'_, Calibration>> {
+/// The relative error that is required: a number, True for what rounding leaves, False for none.
+fn required(given: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
+    if let Ok(asked) = given.cast::<PyBool>() {
+        return Ok(asked.is_true().then_some(1e-9));
+    }
+    match given.extract::<f64>() {
+        Ok(error) if error >= 0.0 => Ok(Some(error)),
+        _ => Err(wrong(format!("require_exact = {given}"), "give True, or a relative error ≥ 0, as 1e-9")),
+    }
+}
+
+fn calibration(
+    py: Python<'_>,
+    found: Found,
+    neighbourhood: Py<Neighbourhood>,
+    given: Py<PyDict>,
+) -> PyResult<Bound<'_, Calibration>> {
     let n = found.bonds.len();
     let summary = format!(
         "{}: {}, {n} bonds, error {}{}{}",
@@ -305,63 +322,8 @@ fn calibration(py: Python<'_>, found: Found, neighbourhood: Py<Neighbourhood>) -
     let micromodulus = convert::shaped(py, found.result.normal().to_vec(), &[n])?.unbind();
     let tangential = found.result.tangential();
     let tangential = tangential.map(|t| convert::shaped(py, t.to_vec(), &[n])).transpose()?.map(Bound::unbind);
-    let calibration = Calibration { found: Arc::new(found), neighbourhood, micromodulus, tangential };
+    let calibration = Calibration { found: Arc::new(found), neighbourhood, given, micromodulus, tangential };
     Bound::new(py, PyClassInitializer::from(report).add_subclass(calibration))
-}
-
-/// Calibrate every row of a table of materials (CSV, JSON list, JSON Lines), as `anisobond calibrate TABLE`: a `Table` with a
-/// row for each, `error` saying why one failed.
-///
-/// With a folder `output` finished rows are kept, and the same call goes on where it was stopped. `unit` is that of a table
-/// that names none. `progress` is True, a callable (done, total, message), or tqdm. Other keywords as `calibrate`.
-#[pyfunction]
-#[pyo3(signature = (table, neighbourhood=None, *, model="central", form=None, promise=None, lower_bound=None, unit=None,
-                    output=None, progress=None, **keywords))]
-#[allow(clippy::too_many_arguments)] // They are keywords.
-pub fn calibrate_table<'py>(
-    py: Python<'py>,
-    table: &Bound<'py, PyAny>,
-    neighbourhood: Option<&Bound<'py, Neighbourhood>>,
-    model: &str,
-    form: Option<&str>,
-    promise: Option<&str>,
-    lower_bound: Option<&Bound<'py, PyAny>>,
-    unit: Option<&str>,
-    output: Option<&Bound<'py, PyAny>>,
-    progress: Option<&Bound<'py, PyAny>>,
-    keywords: Option<&Bound<'py, PyDict>>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let settings = settings(model, form, promise, lower_bound)?;
-    let path = convert::path(table)?;
-    let rows = io::read_table(&path, unit).or_raise()?;
-    let grid = chosen(py, neighbourhood, keywords)?.get().grid.clone();
-    let output = output.map(convert::path).transpose()?;
-    let csv = watched(py, progress, "rows", |stop, tell| {
-        let calibrator = ModelCalibrator::new(&grid, settings)?;
-        let mut journal = match &output {
-            None => None,
-            Some(folder) => {
-                write_files(folder, &[] as &[(&str, Vec<u8>)])?;
-                Some(Journal::open(folder.join("journal.jsonl"))?)
-            }
-        };
-        let all = rows.rows.len();
-        let each = |done: usize| tell(Beat { steps: [done as u64, all as u64], message: String::new() });
-        let results = io::calibrate_table(&rows, &calibrator, journal.as_mut(), stop, each)?;
-        if results.finished() < all {
-            let rest = match &output {
-                Some(folder) => format!("they are kept in {}; run the same command to go on", folder.display()),
-                None => "they are lost; with a folder for the output finished rows are kept".into(),
-            };
-            let message = format!("{} of {all} rows are done; {rest}", results.finished());
-            return Err(anisobond::Error::Interrupted { message });
-        }
-        if let Some(folder) = &output {
-            results.write_csv(folder.join("calibrations.csv"))?;
-        }
-        results.csv()
-    })?;
-    table_of_csv(py, &format!("calibrations of {}", path.display()), &csv)
 }
 
 /// Which model a tensor needs; made by `advise`.

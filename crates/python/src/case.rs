@@ -23,34 +23,39 @@ use crate::work::{Beat, OrRaise, raised, watched, wrong};
 pub struct Case {
     file: CaseFile,
     identity: String,
+    /// The path or the text, and what was set in it: what the case is made of.
+    given: String,
+    set: Vec<(String, String)>,
 }
 
 /// Overrides in the form of the command line.
-fn overrides(set: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<String>> {
+fn overrides(set: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<(String, String)>> {
     let Some(set) = set else { return Ok(Vec::new()) };
-    let json = set.py().import("json")?.getattr("dumps")?;
     set.iter()
         .map(|(key, value)| {
             let key: String = key.extract()?;
             // Texts stay as they are; numbers, truths and lists are the same in JSON and TOML.
-            let value = value.extract::<String>().or_else(|_| json.call1((&value,))?.extract::<String>())?;
-            Ok(format!("{key}={value}"))
+            let value = value.extract::<String>().or_else(|_| convert::json_text(&value, &key))?;
+            Ok((key, value))
         })
         .collect()
 }
 
 impl Case {
     fn of(case: &Bound<'_, PyAny>, set: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        let sets = overrides(set)?;
+        let set = overrides(set)?;
+        let sets: Vec<String> = set.iter().map(|(key, value)| format!("{key}={value}")).collect();
         if let Ok(text) = case.extract::<String>()
             && text.contains('\n')
         {
             let file = CaseFile::parse(&text, "case.toml", &sets).or_raise()?;
-            return Ok(Case { file, identity: identity_of_text(text.as_bytes(), &sets) });
+            let identity = identity_of_text(text.as_bytes(), &sets);
+            return Ok(Case { file, identity, given: text, set });
         }
         let path = convert::path(case)?;
         let file = CaseFile::read(&path, &sets).or_raise()?;
-        Ok(Case { file, identity: case_identity(&path, &sets).or_raise()? })
+        let identity = case_identity(&path, &sets).or_raise()?;
+        Ok(Case { file, identity, given: path.to_string_lossy().into_owned(), set })
     }
 }
 
@@ -84,6 +89,28 @@ impl Case {
     fn check(&self, py: Python<'_>) -> PyResult<Report> {
         let (numbers, words) = py.detach(|| describe::case(&self.file)).or_raise()?;
         Report::new(self.file.name(), &numbers, words)
+    }
+
+    /// Name, description, the file or the text, and what is set in it.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let source = if self.given.contains('\n') { "text" } else { "file" };
+        let set: serde_json::Map<String, serde_json::Value> =
+            self.set.iter().map(|(key, value)| (key.clone(), value.as_str().into())).collect();
+        let mut numbers = serde_json::json!({"name": self.name(), "description": self.description(), "set": set});
+        numbers[source] = self.given.as_str().into();
+        convert::json(py, &numbers)
+    }
+
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<((String,), Bound<'py, PyDict>)> {
+        let (keywords, set) = (PyDict::new(py), PyDict::new(py));
+        self.set.iter().try_for_each(|(key, value)| set.set_item(key, value))?;
+        keywords.set_item("set", set)?;
+        Ok(((self.given.clone(),), keywords))
+    }
+
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), slf.get());
+        py.import("anisobond._html")?.getattr("report")?.call1(("Case", this.name(), this.to_dict(py)?))
     }
 
     fn __repr__(&self) -> String {
@@ -126,14 +153,9 @@ impl Run {
         self.folder.join("crack.csv").is_file().then(|| self.csv(py, "crack.csv")).transpose()
     }
 
-    /// The probes as a pandas DataFrame.
-    fn to_pandas<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.probes(py)?.call_method0("to_pandas")
-    }
-
-    /// The probes as a pyarrow Table.
-    fn to_arrow<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.probes(py)?.call_method0("to_arrow")
+    /// The probes, as `probes()`; what `to_pandas()` and `to_arrow()` take.
+    fn table<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.probes(py)
     }
 }
 
@@ -198,13 +220,19 @@ pub fn run<'py>(
     for warning in &summary.warnings {
         warnings.call_method1("warn", (warning,))?;
     }
-    let words = describe::run(&summary, &folder.display().to_string());
-    made_run(py, &summary, words, folder)
+    made_run(py, &summary, &summary, folder)
 }
 
-fn made_run<'py>(py: Python<'py>, summary: &RunSummary, words: String, folder: PathBuf) -> PyResult<Bound<'py, Run>> {
+/// A run of its summary; its numbers are given apart, as the summary's file has them.
+fn made_run<'py>(
+    py: Python<'py>,
+    summary: &RunSummary,
+    numbers: &impl serde::Serialize,
+    folder: PathBuf,
+) -> PyResult<Bound<'py, Run>> {
     let title = format!("{}: {} nodes, {} bonds, {} steps", summary.case, summary.nodes, summary.bonds, summary.steps);
-    let base = Report::new(title, summary, words)?;
+    let words = describe::run(summary, &folder.display().to_string());
+    let base = Report::new(title, numbers, words)?;
     Bound::new(py, PyClassInitializer::from(base).add_subclass(Run { folder }))
 }
 
@@ -214,9 +242,8 @@ pub fn open_run<'py>(py: Python<'py>, folder: &Bound<'py, PyAny>) -> PyResult<Bo
     let folder = convert::path(folder)?;
     let path = folder.join("summary.json");
     let text = std::fs::read_to_string(&path).map_err(|e| raised(Error::file("read", &path, e)))?;
-    let numbers: serde_json::Value = serde_json::from_str(&text)
-        .map_err(|e| wrong(format!("{}: {e}", path.display()), "give the folder of a finished run"))?;
-    let title = format!("{} in {}", numbers["case"].as_str().unwrap_or("a case"), folder.display());
-    let base = Report::new(title, &numbers, text)?;
-    Bound::new(py, PyClassInitializer::from(base).add_subclass(Run { folder }))
+    let damaged = |e| wrong(format!("{}: {e}", path.display()), "give the folder of a finished run");
+    let numbers: serde_json::Value = serde_json::from_str(&text).map_err(damaged)?;
+    let summary: RunSummary = serde_json::from_str(&text).map_err(damaged)?;
+    made_run(py, &summary, &numbers, folder)
 }

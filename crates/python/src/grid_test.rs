@@ -6,6 +6,7 @@ use anisobond::experiment::{Correction, CorrectionChoice, GridStudy};
 use anisobond::io::GridTestReport;
 use anisobond::operator::GridCell;
 use anisobond_cli::describe;
+use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -74,14 +75,6 @@ impl GridTest {
     }
 }
 
-/// Nodes along each axis: one number or three.
-pub fn nodes_of(given: &Bound<'_, PyAny>) -> PyResult<[usize; 3]> {
-    if let Ok(n) = given.extract::<usize>() {
-        return Ok([n; 3]);
-    }
-    given.extract().map_err(|_| wrong(format!("nodes = {given}"), "give one number of nodes, or three as (8, 8, 6)"))
-}
-
 /// The cell that the keywords describe.
 fn cell_of(
     nodes: [usize; 3],
@@ -99,11 +92,15 @@ fn cell_of(
     let all: Vec<([f64; 3], f64)> = match voids.extract::<f64>() {
         Ok(radius) => vec![(middle, radius)],
         Err(_) => {
-            let each = |row: [f64; 4]| ([row[0], row[1], row[2]], row[3]);
-            let rows: Vec<[f64; 4]> = voids.extract().map_err(|_| {
-                wrong("voids are no rows of four numbers", "give a radius, or rows (x, y, z, radius), in spacings")
-            })?;
-            rows.into_iter().map(each).collect()
+            let rows = convert::array(voids, "voids")?;
+            let each = |row: &[f64]| ([row[0], row[1], row[2]], row[3]);
+            match (rows.shape(), rows.as_slice()) {
+                (&[_, 4], Ok(numbers)) => numbers.chunks_exact(4).map(each).collect(),
+                _ => {
+                    let remedy = "give a radius, or rows (x, y, z, radius), in spacings";
+                    return Err(wrong("voids are no rows of four numbers", remedy));
+                }
+            }
         }
     };
     for (centre, radius) in all {
@@ -137,7 +134,7 @@ pub fn grid_test<'py>(
     missing: f64,
     displaced: f64,
     voids: Option<&Bound<'py, PyAny>>,
-    seed: u64,
+    seed: i128,
     progress: Option<&Bound<'py, PyAny>>,
     keywords: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, GridTest>> {
@@ -147,9 +144,10 @@ pub fn grid_test<'py>(
         return Err(wrong("the elliptic correction of a grid", "use correct=True, which corrects every direction"));
     }
     let material = material_of(material)?;
-    let grid = chosen(py, neighbourhood, keywords)?.get().grid.clone();
+    let grid = chosen(py, "grid_test", neighbourhood, keywords)?.get().grid.clone();
     let settings = GridStudy::settings(convert::choice(model, "model", &MODELS)?, rotations);
-    let cell = cell_of(nodes_of(nodes)?, missing, displaced, voids, seed)?;
+    let cell =
+        cell_of(convert::three_counts(nodes, "nodes")?, missing, displaced, voids, convert::count(seed, "seed")?)?;
     // Refused here, before a thread is begun for it.
     material.stiffness.require_positive_definite().or_raise()?;
     let report = iterated(py, progress, "grid test", move |watch| {

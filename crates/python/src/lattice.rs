@@ -13,6 +13,7 @@ use anisobond_cli::describe;
 use nalgebra::Vector3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyBool, PyDict};
 
 use crate::convert;
@@ -83,6 +84,8 @@ pub struct Lattice {
     made: Arc<(Material, LatticeStudy, LatticeReport)>,
     normal: Py<PyArrayDyn<f64>>,
     tangential: Py<PyArrayDyn<f64>>,
+    pairs: PyOnceLock<Py<PyArrayDyn<u32>>>,
+    branches: PyOnceLock<Py<PyArrayDyn<f64>>>,
 }
 
 impl Lattice {
@@ -127,14 +130,16 @@ impl Lattice {
     #[getter]
     fn pairs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<u32>>> {
         let contacts = &self.study().lattice.contacts;
-        convert::shaped(py, contacts.iter().flat_map(|c| [c.a, c.b]).collect(), &[contacts.len(), 2])
+        convert::once(py, &self.pairs, || (contacts.iter().flat_map(|c| [c.a, c.b]).collect(), vec![contacts.len(), 2]))
     }
 
     /// Branch vector from a to b of every contact (m), (N, 3).
     #[getter]
     fn branches<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let contacts = &self.study().lattice.contacts;
-        convert::shaped(py, convert::coordinates(contacts.iter().map(|c| &c.branch)), &[contacts.len(), 3])
+        convert::once(py, &self.branches, || {
+            (convert::coordinates(contacts.iter().map(|c| &c.branch)), vec![contacts.len(), 3])
+        })
     }
 
     /// The bonds as a table: spheres, branch (m), k_n and k_t (N/m).
@@ -224,7 +229,8 @@ pub fn lattice<'py>(
     let n = study.lattice.contacts.len();
     let normal = convert::shaped(py, study.stiffness.normal.clone(), &[n])?.unbind();
     let tangential = convert::shaped(py, study.stiffness.tangential.clone(), &[n])?.unbind();
-    let lattice = Lattice { made: Arc::new(made), normal, tangential };
+    let (pairs, branches) = (PyOnceLock::new(), PyOnceLock::new());
+    let lattice = Lattice { made: Arc::new(made), normal, tangential, pairs, branches };
     Bound::new(py, PyClassInitializer::from(base).add_subclass(lattice))
 }
 
@@ -278,9 +284,9 @@ impl ElementTest {
 
 /// Measure the stiffness of a packing's lattice, as `anisobond element-test`. For cells of a grid see `grid_test`.
 ///
-/// `method` is static (small strain, periodic homogenisation) or dynamic (servo-controlled to the logarithmic `strain`);
-/// `rotations` of the nodes are free or blocked. Other keywords as `lattice`; `progress` counts iterations of the solver, or
-/// steps of the dynamic test.
+/// `method` is static (small strain, periodic homogenisation) or dynamic (servo-controlled to the logarithmic `strain`
+/// [-0.01]); `rotations` of the nodes are free or blocked. Other keywords as `lattice`; `progress` counts iterations of the
+/// solver, or steps of the dynamic test.
 ///
 /// >>> p = Packing.crystal("fcc", radius="1 mm", cells=(2, 2, 2))
 /// >>> test = element_test(p, {"engineering": {"e": "10 GPa", "nu": 0.2}, "class": "isotropic"}, contact_radius=1.2)
@@ -288,7 +294,7 @@ impl ElementTest {
 /// ('cubic', True)
 #[pyfunction]
 #[pyo3(signature = (packing, material, *, contact_radius=1.8, axis=None, model="micropolar", correct=None,
-                    rotations="free", method="static", strain=-0.01, progress=None))]
+                    rotations="free", method="static", strain=None, progress=None))]
 #[allow(clippy::too_many_arguments)] // They are keywords.
 pub fn element_test<'py>(
     py: Python<'py>,
@@ -300,11 +306,15 @@ pub fn element_test<'py>(
     correct: Option<&Bound<'py, PyAny>>,
     rotations: &str,
     method: &str,
-    strain: f64,
+    strain: Option<f64>,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, ElementTest>> {
     let rotations = convert::choice(rotations, "rotations", &ROTATIONS)?;
     let dynamic = convert::choice(method, "method", &[("static", false), ("dynamic", true)])?;
+    if strain.is_some() && !dynamic {
+        return Err(wrong("strain belongs to the dynamic method", "add method=\"dynamic\", or leave it out"));
+    }
+    let strain = strain.unwrap_or(DynamicTest::default().strain);
     let wish = Wish {
         material: material_of(material)?,
         packing: packing_of(packing)?,

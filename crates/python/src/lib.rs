@@ -2,6 +2,7 @@
 //!
 //! What the package shows in notebooks and as tables is in `python/anisobond`; its types are described in `_native.pyi`.
 
+mod calibrate_table;
 mod calibration;
 mod case;
 mod cavity;
@@ -23,7 +24,9 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _native {
     #[pymodule_export]
-    use crate::calibration::{Advice, Calibration, advise, calibrate, calibrate_table};
+    use crate::calibrate_table::calibrate_table;
+    #[pymodule_export]
+    use crate::calibration::{Advice, Calibration, advise, calibrate};
     #[pymodule_export]
     use crate::case::{Case, Run, open_run, run};
     #[pymodule_export]
@@ -35,11 +38,11 @@ mod _native {
     #[pymodule_export]
     use crate::neighbourhood::Neighbourhood;
     #[pymodule_export]
-    use crate::packing::Packing;
+    use crate::packing::{_packing, Packing};
     #[pymodule_export]
-    use crate::report::Report;
+    use crate::report::{_report, Report};
     #[pymodule_export]
-    use crate::stiffness::Stiffness;
+    use crate::stiffness::{_stiffness, Stiffness};
     #[pymodule_export]
     use crate::sweep::{Sweep, sweep};
     #[pymodule_export]

@@ -3,13 +3,16 @@
 use std::sync::Arc;
 
 use anisobond::lattice::{Influence, Neighbourhood as Grid, Shape};
+use nalgebra::Matrix3;
 use numpy::{PyArrayDyn, PyUntypedArrayMethods};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
 use pyo3::types::PyDict;
 
 use crate::convert;
 use crate::report::{number, table};
-use crate::work::{OrRaise, wrong};
+use crate::work::{OrRaise, background, wrong};
 
 /// The bonds of a node of a regular grid.
 ///
@@ -24,7 +27,13 @@ use crate::work::{OrRaise, wrong};
 #[pyclass(frozen, module = "anisobond")]
 pub struct Neighbourhood {
     pub grid: Arc<Grid>,
+    offsets: PyOnceLock<Py<PyArrayDyn<i32>>>,
+    vectors: PyOnceLock<Py<PyArrayDyn<f64>>>,
+    influence: PyOnceLock<Py<PyArrayDyn<f64>>>,
 }
+
+/// Keywords of a neighbourhood, for messages.
+const KEYWORDS: [&str; 6] = ["horizon", "shape", "semi_axes", "influence", "spacing", "rotate"];
 
 /// A horizon in spacings, from a number of spacings or a length.
 fn horizon_of(given: &Bound<'_, PyAny>, spacing: f64) -> PyResult<f64> {
@@ -44,22 +53,20 @@ fn influence_of(given: &Bound<'_, PyAny>) -> PyResult<Influence> {
         let path = convert::path(given)?;
         return anisobond::io::find_influence(&path.to_string_lossy()).map_err(|e| e.at("influence")).or_raise();
     }
-    let rows: Vec<(f64, f64)> = given
-        .extract()
-        .map_err(|_| wrong("the influence is neither a name nor rows of two numbers", "give rows (r/δ, ω)"))?;
+    let rows = convert::pairs(given, "influence", "give constant, inverse, hat, power, a CSV file, or rows (r/δ, ω)")?;
     Influence::table(rows).or_raise()
 }
 
-/// Rotations of one orientation or of a list of them.
-fn rotated(mut grid: Grid, given: &Bound<'_, PyAny>) -> PyResult<Grid> {
+/// One orientation, or a list of them.
+fn orientations(given: &Bound<'_, PyAny>) -> PyResult<Vec<Matrix3<f64>>> {
     let matrix = || convert::array(given, "rotate").is_ok_and(|a| a.ndim() == 2);
-    if given.extract::<String>().is_ok() || matrix() {
-        return grid.rotated(&convert::orientation(given)?).or_raise();
+    if given.extract::<String>().is_ok() || given.hasattr("as_matrix")? || matrix() {
+        return Ok(vec![convert::orientation(given)?]);
     }
-    for one in given.try_iter()? {
-        grid = grid.rotated(&convert::orientation(&one?)?).or_raise()?;
-    }
-    Ok(grid)
+    let all = given.try_iter().map_err(|_| {
+        wrong("rotate is no rotation", "give a 3×3 matrix, words as \"bunge:10,20,30\", or a list of these")
+    })?;
+    all.map(|one| convert::orientation(&one?)).collect()
 }
 
 #[pymethods]
@@ -67,6 +74,7 @@ impl Neighbourhood {
     #[new]
     #[pyo3(signature = (*, horizon=None, shape="sphere", semi_axes=None, influence=None, spacing=None, rotate=None))]
     fn new(
+        py: Python<'_>,
         horizon: Option<&Bound<'_, PyAny>>,
         shape: &str,
         semi_axes: Option<&Bound<'_, PyAny>>,
@@ -79,9 +87,13 @@ impl Neighbourhood {
         let semi_axes = semi_axes.map(|a| convert::vector(a, "semi_axes")).transpose()?;
         let (shape, horizon) = Shape::named(shape, horizon, semi_axes.map(|a| [a.x, a.y, a.z])).or_raise()?;
         let influence = influence.map_or(Ok(Influence::Inverse), influence_of)?;
-        let grid = Grid::new(shape, horizon, spacing, influence).or_raise()?;
-        let grid = rotate.map_or(Ok(grid.clone()), |r| rotated(grid, r))?;
-        Ok(Neighbourhood { grid: Arc::new(grid) })
+        let turns = rotate.map_or(Ok(Vec::new()), orientations)?;
+        let grid = background(py, move || {
+            let grid = Grid::new(shape, horizon, spacing, influence)?;
+            turns.iter().try_fold(grid, |grid, q| grid.rotated(q))
+        })?;
+        let (offsets, vectors, influence) = (PyOnceLock::new(), PyOnceLock::new(), PyOnceLock::new());
+        Ok(Neighbourhood { grid: Arc::new(grid), offsets, vectors, influence })
     }
 
     /// Shape: sphere, cube, cuboid or ellipsoid.
@@ -105,22 +117,25 @@ impl Neighbourhood {
     /// Grid offsets of the neighbours, (N, 3).
     #[getter]
     fn offsets<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<i32>>> {
-        let offsets = self.grid.bonds().iter().flat_map(|b| b.offset).collect();
-        convert::shaped(py, offsets, &[self.grid.bonds().len(), 3])
+        convert::once(py, &self.offsets, || {
+            (self.grid.bonds().iter().flat_map(|b| b.offset).collect(), vec![self.grid.bonds().len(), 3])
+        })
     }
 
     /// Bond vectors ξ (m), (N, 3).
     #[getter]
     fn vectors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let xi = convert::coordinates(self.grid.bonds().iter().map(|b| &b.xi));
-        convert::shaped(py, xi, &[self.grid.bonds().len(), 3])
+        convert::once(py, &self.vectors, || {
+            (convert::coordinates(self.grid.bonds().iter().map(|b| &b.xi)), vec![self.grid.bonds().len(), 3])
+        })
     }
 
     /// Influence ω of every bond, (N,).
     #[getter]
     fn influence<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let weights = self.grid.bonds().iter().map(|b| b.influence).collect();
-        convert::shaped(py, weights, &[self.grid.bonds().len()])
+        convert::once(py, &self.influence, || {
+            (self.grid.bonds().iter().map(|b| b.influence).collect(), vec![self.grid.bonds().len()])
+        })
     }
 
     /// Offsets, vectors (m) and influence as a table.
@@ -136,7 +151,60 @@ impl Neighbourhood {
             columns.set_item(name, of(&vectors, k)?)?;
         }
         columns.set_item("influence", this.influence(py)?)?;
-        table(py, &this.__repr__(), columns)
+        table(py, &this.summary(), columns)
+    }
+
+    /// The table as a pandas DataFrame.
+    fn to_pandas<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        Neighbourhood::table(slf)?.call_method0("to_pandas")
+    }
+
+    /// The table as a pyarrow Table.
+    fn to_arrow<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        Neighbourhood::table(slf)?.call_method0("to_arrow")
+    }
+
+    /// Shape, horizon, spacing (m), influence, orientation, and the bonds: offsets, vectors (m) and influences.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let g = &self.grid;
+        let q = g.orientation();
+        let rows: [[f64; 3]; 3] = std::array::from_fn(|i| std::array::from_fn(|j| q[(i, j)]));
+        let each = |bond: &anisobond::lattice::Bond| -> (serde_json::Value, serde_json::Value, f64) {
+            let xi: [f64; 3] = bond.xi.into();
+            (serde_json::json!(bond.offset), serde_json::json!(xi), bond.influence)
+        };
+        let (mut offsets, mut vectors, mut influences) = (Vec::new(), Vec::new(), Vec::new());
+        for (offset, vector, influence) in g.bonds().iter().map(each) {
+            offsets.push(offset);
+            vectors.push(vector);
+            influences.push(influence);
+        }
+        convert::json(
+            py,
+            &serde_json::json!({
+                "shape": g.shape().name(), "horizon": g.horizon(), "spacing": g.spacing(),
+                "influence": anisobond::io::report::influence_name(g.influence()), "orientation": rows,
+                "bonds": {"offsets": offsets, "vectors": vectors, "influence": influences},
+            }),
+        )
+    }
+
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<((), Bound<'py, PyDict>)> {
+        let (g, keywords) = (&self.grid, PyDict::new(py));
+        keywords.set_item("shape", g.shape().name())?;
+        keywords.set_item("horizon", g.horizon())?;
+        keywords.set_item("spacing", g.spacing())?;
+        if let Shape::Cuboid { semi_axes } | Shape::Ellipsoid { semi_axes } = g.shape() {
+            keywords.set_item("semi_axes", semi_axes)?;
+        }
+        match g.influence() {
+            Influence::Table(rows) => keywords.set_item("influence", rows.clone())?,
+            named => keywords.set_item("influence", anisobond::io::report::influence_name(named))?,
+        }
+        if *g.orientation() != Matrix3::identity() {
+            keywords.set_item("rotate", convert::matrix3_array(py, g.orientation())?)?;
+        }
+        Ok(((), keywords))
     }
 
     fn __len__(&self) -> usize {
@@ -144,15 +212,7 @@ impl Neighbourhood {
     }
 
     fn __repr__(&self) -> String {
-        let g = &self.grid;
-        format!(
-            "<Neighbourhood of {} bonds: {}, horizon {} Δ, Δ = {} m, influence {}>",
-            g.bonds().len(),
-            g.shape().name(),
-            number(g.horizon()),
-            number(g.spacing()),
-            anisobond::io::report::influence_name(g.influence())
-        )
+        format!("<Neighbourhood of {}>", self.summary())
     }
 
     fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
@@ -160,9 +220,24 @@ impl Neighbourhood {
     }
 }
 
-/// A neighbourhood from what a function was given: an object, or the keywords of [`Neighbourhood`].
+impl Neighbourhood {
+    fn summary(&self) -> String {
+        let g = &self.grid;
+        format!(
+            "{} bonds: {}, horizon {} Δ, Δ = {} m, influence {}",
+            g.bonds().len(),
+            g.shape().name(),
+            number(g.horizon()),
+            number(g.spacing()),
+            anisobond::io::report::influence_name(g.influence())
+        )
+    }
+}
+
+/// The neighbourhood that a function was given: an object, or the keywords of [`Neighbourhood`].
 pub fn chosen(
     py: Python<'_>,
+    function: &str,
     given: Option<&Bound<'_, Neighbourhood>>,
     keywords: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Py<Neighbourhood>> {
@@ -173,6 +248,15 @@ pub fn chosen(
         )),
         (Some(given), None) => Ok(given.clone().unbind()),
         (None, keywords) => {
+            for keyword in keywords.into_iter().flat_map(|k| k.keys()) {
+                let keyword: String = keyword.extract()?;
+                if !KEYWORDS.contains(&keyword.as_str()) {
+                    let suggest = py.import("anisobond._interop")?.getattr("suggestion")?;
+                    let remedy: String = suggest.call1((function, &keyword, KEYWORDS))?.extract()?;
+                    let message = format!("{function}() has no keyword {keyword}; {remedy}");
+                    return Err(PyTypeError::new_err(message));
+                }
+            }
             let made = py.get_type::<Neighbourhood>().call((), keywords)?;
             Ok(made.cast_into::<Neighbourhood>().map_err(PyErr::from)?.unbind())
         }

@@ -5,14 +5,16 @@ use std::sync::atomic::Ordering;
 
 use anisobond::io::{read_packing, write_packing};
 use anisobond::lattice::generate::{
-    Crystal, Extent, Generated, Outcome, Radii, RandomPacking, Share, Target, crystal, random_observed,
+    Crystal, Extent, Generated, Radii, RandomPacking, Share, Target, crystal, random_observed,
 };
 use anisobond::lattice::{Packing as Spheres, contacts};
 use anisobond_cli::describe;
 use nalgebra::Vector3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
 use pyo3::types::PyDict;
+use serde_json::Value;
 
 use crate::convert;
 use crate::report::{Report, number, table};
@@ -25,12 +27,21 @@ use crate::work::{Beat, OrRaise, background, watched, wrong};
 #[pyclass(frozen, module = "anisobond")]
 pub struct Packing {
     pub spheres: Spheres,
-    generated: Option<anisobond::lattice::generate::GenerationReport>,
+    /// How a random packing came about: outcome, message, trials, iterations, statistics.
+    generated: Option<Value>,
+    centres: PyOnceLock<Py<PyArrayDyn<f64>>>,
+    radii: PyOnceLock<Py<PyArrayDyn<f64>>>,
+    cell: PyOnceLock<Py<PyArrayDyn<f64>>>,
 }
 
 impl Packing {
+    fn made(spheres: Spheres, generated: Option<Value>) -> Self {
+        let (centres, radii, cell) = (PyOnceLock::new(), PyOnceLock::new(), PyOnceLock::new());
+        Packing { spheres, generated, centres, radii, cell }
+    }
+
     fn plain(spheres: Spheres) -> Self {
-        Packing { spheres, generated: None }
+        Packing::made(spheres, None)
     }
 }
 
@@ -38,34 +49,63 @@ impl Packing {
 pub fn packing(given: &Bound<'_, PyAny>) -> PyResult<Spheres> {
     match given.cast::<Packing>() {
         Ok(packing) => Ok(packing.get().spheres.clone()),
-        Err(_) => read_packing(convert::path(given)?).or_raise(),
+        Err(_) => {
+            let path = convert::path(given)?;
+            background(given.py(), move || read_packing(path))
+        }
     }
+}
+
+/// Spheres of arrays.
+fn spheres_of(
+    centres: &Bound<'_, PyAny>,
+    radii: &Bound<'_, PyAny>,
+    cell: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Spheres> {
+    let (centres, shape) = convert::vectors(centres, "centres")?;
+    if shape.len() != 1 {
+        return Err(wrong(format!("centres have {} axes", shape.len() + 1), "give an array of shape (N, 3)"));
+    }
+    let radii = if radii.extract::<String>().is_ok() {
+        vec![convert::length(radii, "radii")?; centres.len()]
+    } else {
+        let given = convert::array(radii, "radii")?;
+        match given.as_slice() {
+            Ok([one]) => vec![*one; centres.len()],
+            Ok(all) => all.to_vec(),
+            Err(_) => return Err(wrong("radii are not contiguous", "copy them")),
+        }
+    };
+    let cell = cell.map(|c| convert::vector(c, "cell")).transpose()?;
+    Spheres::new(cell, centres, radii).or_raise()
 }
 
 /// Radii of the keywords of `Packing.random`.
 fn radii_of(
-    radius: f64,
+    radius: Option<f64>,
     fuzz: Option<f64>,
     deviation: Option<f64>,
     radii: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Radii> {
+    if radius.is_some() && radii.is_some() {
+        return Err(wrong("a radius and a table of radii", "give one of them"));
+    }
+    let radius = radius.unwrap_or(1e-3);
     match (fuzz, deviation, radii) {
         (None, None, None) => Ok(Radii::Uniform { radius }),
         (Some(fuzz), None, None) => Ok(Radii::Fuzzy { mean: radius, fuzz }),
         (None, Some(deviation), None) => Ok(Radii::log_normal(radius, deviation)),
         (None, None, Some(rows)) => {
-            let rows: Vec<(f64, f64)> = rows
-                .extract()
-                .map_err(|_| wrong("radii are no rows of two numbers", "give rows (radius (m), fraction by number)"))?;
+            let rows = convert::pairs(rows, "radii", "give rows (radius (m), fraction by number)")?;
             Ok(Radii::Table { rows, share: Share::Number })
         }
         _ => Err(wrong("two distributions of radii", "give one of fuzz, deviation and radii")),
     }
 }
 
-fn extent_of(number: Option<usize>, cell: Option<&Bound<'_, PyAny>>) -> PyResult<Extent> {
+fn extent_of(number: Option<i128>, cell: Option<&Bound<'_, PyAny>>) -> PyResult<Extent> {
     match (number, cell) {
-        (Some(number), None) => Ok(Extent::Number(number)),
+        (Some(number), None) => Ok(Extent::Number(convert::count(number, "number")? as usize)),
         (None, Some(cell)) => {
             let cell = convert::vector(cell, "cell")?;
             Ok(Extent::Cell([cell.x, cell.y, cell.z]))
@@ -82,33 +122,21 @@ impl Packing {
     #[new]
     #[pyo3(signature = (centres, radii, *, cell=None))]
     fn new(centres: &Bound<'_, PyAny>, radii: &Bound<'_, PyAny>, cell: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
-        let (centres, shape) = convert::vectors(centres, "centres")?;
-        if shape.len() != 1 {
-            return Err(wrong(format!("centres have {} axes", shape.len() + 1), "give an array of shape (N, 3)"));
-        }
-        let given = convert::array(radii, "radii")?;
-        let radii = match given.as_slice() {
-            Ok([one]) => vec![*one; centres.len()],
-            Ok(all) => all.to_vec(),
-            Err(_) => return Err(wrong("radii are not contiguous", "copy them")),
-        };
-        let cell = cell.map(|c| convert::vector(c, "cell")).transpose()?;
-        Ok(Packing::plain(Spheres::new(cell, centres, radii).or_raise()?))
+        Ok(Packing::plain(spheres_of(centres, radii, cell)?))
     }
 
     /// Read a packing: .txt, .csv, .vtp or LAMMPS .data.
     #[staticmethod]
-    fn read(path: &Bound<'_, PyAny>) -> PyResult<Self> {
+    fn read(py: Python<'_>, path: &Bound<'_, PyAny>) -> PyResult<Self> {
         let path = convert::path(path)?;
-        let spheres = read_packing(&path).or_raise()?;
-        Ok(Packing::plain(spheres))
+        Ok(Packing::plain(background(py, move || read_packing(path))?))
     }
 
     /// A random periodic packing without overlaps, as `anisobond pack`: of a `number` of spheres or in a `cell` (edges, m).
     ///
     /// Lengths are in m, or texts with a unit. `radius` is that of all, the mean with `fuzz` (evenly within ± fuzz), the
     /// median with `deviation` (log-normal); `radii` are rows (radius, fraction by number). The target is a `porosity`
-    /// [0.45], or a `coordination` at `contact_radius`. Packings of equal seeds are equal. Whether the target was reached
+    /// [0.45], or a `coordination` at `contact_radius`, which is also that of the statistics in `generation`. Packings of equal seeds are equal. Whether the target was reached
     /// is in `generation`.
     ///
     /// >>> p = Packing.random(number=100, radius="30 mm", porosity=0.5, seed=1)
@@ -120,7 +148,7 @@ impl Packing {
     #[allow(clippy::too_many_arguments)] // They are keywords.
     fn random(
         py: Python<'_>,
-        number: Option<usize>,
+        number: Option<i128>,
         cell: Option<&Bound<'_, PyAny>>,
         radius: Option<&Bound<'_, PyAny>>,
         fuzz: Option<f64>,
@@ -129,10 +157,11 @@ impl Packing {
         porosity: Option<f64>,
         coordination: Option<f64>,
         contact_radius: f64,
-        seed: u64,
+        seed: i128,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let radius = radius.map_or(Ok(1e-3), |r| convert::length(r, "radius"))?;
+        let radius = radius.map(|r| convert::length(r, "radius")).transpose()?;
+        let seed = convert::count(seed, "seed")?;
         let target = match (porosity, coordination) {
             (Some(_), Some(_)) => return Err(wrong("a porosity and a coordination", "give one of them")),
             (None, Some(coordination)) => Target::Coordination(coordination),
@@ -147,45 +176,47 @@ impl Packing {
                 if stop.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             })
         })?;
-        Ok(Packing { spheres: made.packing, generated: Some(made.report) })
+        Ok(Packing::made(made.packing, Some(convert::value_of(&made.report)?)))
     }
 
-    /// A periodic crystal of touching spheres: sc, bcc, fcc or hcp, so many `cells` along x, y, z; each coordinate is moved
-    /// by up to `perturb` radii.
+    /// A periodic crystal of touching spheres: sc, bcc, fcc or hcp, so many `cells` along each axis, or along x, y, z [4];
+    /// each coordinate is moved by up to `perturb` radii.
     ///
     /// >>> Packing.crystal("fcc", radius="1 mm", cells=(2, 2, 2)).statistics(1.01).to_dict()["coordination"]["mean"]
     /// 12.0
     #[staticmethod]
-    #[pyo3(signature = (kind, *, radius, cells=(4, 4, 4), perturb=0.0, seed=0))]
+    #[pyo3(signature = (kind, *, radius, cells=None, perturb=0.0, seed=0))]
     fn crystal(
         kind: &str,
         radius: &Bound<'_, PyAny>,
-        cells: (usize, usize, usize),
+        cells: Option<&Bound<'_, PyAny>>,
         perturb: f64,
-        seed: u64,
+        seed: i128,
     ) -> PyResult<Self> {
         let kinds = [("sc", Crystal::Sc), ("bcc", Crystal::Bcc), ("fcc", Crystal::Fcc), ("hcp", Crystal::Hcp)];
         let kind = convert::choice(kind, "crystal", &kinds)?;
         let radius = convert::length(radius, "radius")?;
-        Ok(Packing::plain(crystal(kind, radius, cells.into(), perturb, seed).or_raise()?))
+        let cells = cells.map_or(Ok([4; 3]), |c| convert::three_counts(c, "cells"))?;
+        Ok(Packing::plain(crystal(kind, radius, cells, perturb, convert::count(seed, "seed")?).or_raise()?))
     }
 
     /// Centres (m), (N, 3).
     #[getter]
     fn centres<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        convert::shaped(py, convert::coordinates(self.spheres.centres()), &[self.spheres.len(), 3])
+        convert::once(py, &self.centres, || (convert::coordinates(self.spheres.centres()), vec![self.spheres.len(), 3]))
     }
 
     /// Radii (m), (N,).
     #[getter]
     fn radii<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        convert::shaped(py, self.spheres.radii().to_vec(), &[self.spheres.len()])
+        convert::once(py, &self.radii, || (self.spheres.radii().to_vec(), vec![self.spheres.len()]))
     }
 
     /// Edges of the periodic cell (m), (3,); None of a packing that is not periodic.
     #[getter]
     fn cell<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArrayDyn<f64>>>> {
-        self.spheres.cell().map(|c| convert::shaped(py, vec![c.x, c.y, c.z], &[3])).transpose()
+        let array = |c: Vector3<f64>| convert::once(py, &self.cell, || (vec![c.x, c.y, c.z], vec![3]));
+        self.spheres.cell().map(array).transpose()
     }
 
     /// Share of the cell that is empty; None of a packing that is not periodic.
@@ -197,13 +228,13 @@ impl Packing {
     /// How a random packing came about: outcome, message, trials, iterations; else None.
     #[getter]
     fn generation<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        self.generated.as_ref().map(|g| convert::json(py, &convert::value_of(g)?)).transpose()
+        self.generated.as_ref().map(|g| convert::json(py, g)).transpose()
     }
 
     /// Whether a random packing is as wanted; None of others.
     #[getter]
     fn reached(&self) -> Option<bool> {
-        self.generated.as_ref().map(|g| g.outcome == Outcome::Reached)
+        self.generated.as_ref().map(|g| g["outcome"] == "Reached")
     }
 
     /// Porosity, coordination, fabric and more at a contact radius, as `anisobond pack FILE`.
@@ -240,6 +271,39 @@ impl Packing {
         table(py, &self.summary(), columns)
     }
 
+    /// The spheres as a pandas DataFrame.
+    fn to_pandas<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.table(py)?.call_method0("to_pandas")
+    }
+
+    /// The spheres as a pyarrow Table.
+    fn to_arrow<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.table(py)?.call_method0("to_arrow")
+    }
+
+    /// Cell (m), porosity, centres (m), radii (m), and how a random packing came about.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let s = &self.spheres;
+        let three = |x: &Vector3<f64>| [x.x, x.y, x.z];
+        let centres: Vec<[f64; 3]> = s.centres().iter().map(three).collect();
+        convert::json(
+            py,
+            &serde_json::json!({
+                "number": s.len(), "cell": s.cell().as_ref().map(three), "porosity": s.porosity(),
+                "generation": self.generated, "centres": centres, "radii": s.radii(),
+            }),
+        )
+    }
+
+    fn __reduce__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> convert::Pickled<'py, (Array<'py>, Array<'py>, Option<Array<'py>>, Option<String>)> {
+        let made = py.import("anisobond._native")?.getattr("_packing")?;
+        let generated = self.generated.as_ref().map(Value::to_string);
+        Ok((made, (self.centres(py)?, self.radii(py)?, self.cell(py)?, generated)))
+    }
+
     /// Write the packing; the file's ending says the format (.txt, .csv, .vtp, .data).
     fn write(&self, py: Python<'_>, path: &Bound<'_, PyAny>) -> PyResult<()> {
         let (path, spheres) = (convert::path(path)?, self.spheres.clone());
@@ -257,6 +321,23 @@ impl Packing {
     fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.get().table(slf.py())?.call_method0("_repr_html_")
     }
+}
+
+/// An array of any shape.
+type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+
+/// A packing again, from what its pickle holds.
+#[pyfunction]
+#[pyo3(signature = (centres, radii, cell, generated))]
+pub fn _packing(
+    centres: &Bound<'_, PyAny>,
+    radii: &Bound<'_, PyAny>,
+    cell: Option<&Bound<'_, PyAny>>,
+    generated: Option<&str>,
+) -> PyResult<Packing> {
+    let generated = generated.map(serde_json::from_str).transpose();
+    let generated = generated.map_err(|e| wrong(format!("a pickled packing: {e}"), "make it anew"))?;
+    Ok(Packing::made(spheres_of(centres, radii, cell)?, generated))
 }
 
 impl Packing {

@@ -1,16 +1,17 @@
 //! `Stiffness`: an elastic tensor with its name, density and source.
 
-use anisobond::io::TensorReport;
+use anisobond::io::{Dimension, TensorReport};
 use anisobond::tensor::{DirectionalModuli, Material, SYMMETRY_TOLERANCE, Stiffness as Tensor};
 use anisobond_cli::describe;
-use nalgebra::Vector3;
-use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods};
+use nalgebra::{Matrix6, Vector3};
+use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use rayon::prelude::*;
 
 use crate::convert;
 use crate::material;
-use crate::report::{Report, number};
+use crate::report::{Report, number, table};
 use crate::work::{OrRaise, wrong};
 
 /// An elastic stiffness tensor (Pa), with a name, and a density (kg/m³) and source where they are known.
@@ -25,9 +26,16 @@ use crate::work::{OrRaise, wrong};
 /// >>> Stiffness([[3, 1, 1, 0, 0, 0], [1, 3, 1, 0, 0, 0], [1, 1, 3, 0, 0, 0],
 /// ...            [0, 0, 0, 1, 0, 0], [0, 0, 0, 0, 1, 0], [0, 0, 0, 0, 0, 1]], unit="GPa", name="soft")
 /// <Stiffness of soft: C11 3 C22 3 C33 3 C44 1 C55 1 C66 1 GPa>
-#[pyclass(frozen, eq, module = "anisobond")]
+#[pyclass(frozen, eq, hash, module = "anisobond")]
 pub struct Stiffness {
     pub material: Material,
+}
+
+/// What is equal has equal bits, once −0 is 0.
+impl std::hash::Hash for Stiffness {
+    fn hash<H: std::hash::Hasher>(&self, state: &mut H) {
+        self.tensor().mandel().iter().for_each(|x| (x + 0.0).to_bits().hash(state));
+    }
 }
 
 impl PartialEq for Stiffness {
@@ -52,6 +60,13 @@ impl Stiffness {
         Stiffness { material: Material { stiffness, ..self.material.clone() } }
     }
 
+    /// The Kelvin moduli, ascending.
+    fn kelvin(&self) -> Vec<f64> {
+        let mut moduli = self.tensor().eigen().0.as_slice().to_vec();
+        moduli.sort_by(f64::total_cmp);
+        moduli
+    }
+
     fn directional(&self) -> PyResult<DirectionalModuli> {
         self.tensor().require_positive_definite().or_raise()?;
         DirectionalModuli::new(self.tensor()).or_raise()
@@ -63,21 +78,28 @@ type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
 /// A density (kg/m³): a number, or a text with a unit.
 fn density_of(given: &Bound<'_, PyAny>) -> PyResult<f64> {
-    let density = match given.extract::<f64>() {
-        Ok(number) => number,
-        Err(_) => anisobond::io::parse_density(&given.extract::<String>()?).map_err(|e| e.at("density")).or_raise()?,
-    };
+    let density = convert::quantity(given, "density", Dimension::Density)?;
     if density.is_finite() && density > 0.0 {
         return Ok(density);
     }
     Err(wrong(format!("the density is {density} kg/m³"), "give a positive number"))
 }
 
+/// Distance within which a symmetry class counts as present.
+fn tolerance_of(given: Option<f64>) -> PyResult<f64> {
+    let tolerance = given.unwrap_or(SYMMETRY_TOLERANCE);
+    if tolerance >= 0.0 && tolerance.is_finite() {
+        return Ok(tolerance);
+    }
+    Err(wrong(format!("tolerance = {tolerance}"), "give a number ≥ 0, as 0.005"))
+}
+
 /// Unit vectors of an array (…, 3).
 fn directions(given: &Bound<'_, PyAny>, what: &str) -> PyResult<(Vec<Vector3<f64>>, Vec<usize>)> {
     let (mut vectors, shape) = convert::vectors(given, what)?;
     for v in &mut vectors {
-        *v = v.try_normalize(0.0).filter(|n| n.iter().all(|x| x.is_finite())).ok_or_else(|| {
+        // Scaled first: the squares of what is very large or very small are not finite or zero.
+        *v = (*v / v.amax()).try_normalize(0.0).filter(|n| n.iter().all(|x| x.is_finite())).ok_or_else(|| {
             wrong(format!("{what} has a vector without direction"), "give vectors of positive, finite length")
         })?;
     }
@@ -87,11 +109,11 @@ fn directions(given: &Bound<'_, PyAny>, what: &str) -> PyResult<(Vec<Vector3<f64
 #[pymethods]
 impl Stiffness {
     #[new]
-    #[pyo3(signature = (material, *, unit=None, order="voigt", name=None, density=None, source=None))]
+    #[pyo3(signature = (material, *, unit=None, order=None, name=None, density=None, source=None))]
     fn new(
         material: &Bound<'_, PyAny>,
         unit: Option<&str>,
-        order: &str,
+        order: Option<&str>,
         name: Option<String>,
         density: Option<&Bound<'_, PyAny>>,
         source: Option<String>,
@@ -134,7 +156,9 @@ impl Stiffness {
     /// An isotropic tensor of bulk and shear modulus (Pa).
     #[staticmethod]
     #[pyo3(signature = (*, bulk, shear, name="isotropic"))]
-    fn isotropic(bulk: f64, shear: f64, name: &str) -> PyResult<Self> {
+    fn isotropic(bulk: &Bound<'_, PyAny>, shear: &Bound<'_, PyAny>, name: &str) -> PyResult<Self> {
+        let bulk = convert::quantity(bulk, "bulk", Dimension::Stress)?;
+        let shear = convert::quantity(shear, "shear", Dimension::Stress)?;
         let tensor = Tensor::isotropic(bulk - 2.0 / 3.0 * shear, shear);
         tensor.require_positive_definite().or_raise()?;
         Ok(Stiffness::named(tensor, name))
@@ -151,14 +175,14 @@ impl Stiffness {
     ) -> PyResult<Self> {
         let density =
             structure.map(|s| s.py().import("anisobond._interop")?.getattr("density")?.call1((s,))).transpose()?;
-        Stiffness::new(tensor, Some(unit), "voigt", name, density.as_ref(), None)
+        Stiffness::new(tensor, Some(unit), None, name, density.as_ref(), None)
     }
 
     /// From an Elasticipy `StiffnessTensor` (GPa unless `unit` says otherwise).
     #[staticmethod]
     #[pyo3(signature = (tensor, *, unit="GPa", name=None))]
     fn from_elasticipy(tensor: &Bound<'_, PyAny>, unit: &str, name: Option<String>) -> PyResult<Self> {
-        Stiffness::new(tensor, Some(unit), "voigt", name, None, None)
+        Stiffness::new(tensor, Some(unit), None, name, None, None)
     }
 
     /// From a 6×6 matrix in ASE's conventions: order xx yy zz yz xz xy, eV/Å³; `atoms` give the density.
@@ -203,36 +227,34 @@ impl Stiffness {
 
     /// The Voigt matrix (Pa), order 11 22 33 23 13 12.
     #[getter]
-    fn voigt<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn voigt<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         convert::matrix6(py, &self.tensor().voigt())
     }
 
     /// The Kelvin-Mandel matrix (Pa): shear rows and columns scaled by √2, so that norms and eigenvalues are the tensor's.
     #[getter]
-    fn mandel<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn mandel<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         convert::matrix6(py, self.tensor().mandel())
     }
 
     /// All components (Pa), 3×3×3×3.
     #[getter]
-    fn full<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn full<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         let all = (0..81).map(|i| self.tensor().component(i / 27, i / 9 % 3, i / 3 % 3, i % 3)).collect();
-        PyArray1::from_vec(py, all).reshape(vec![3, 3, 3, 3])
+        convert::shaped(py, all, &[3, 3, 3, 3])
     }
 
     /// The compliance as a Voigt matrix (1/Pa), engineering shear strains: s44 = 1/G23.
     #[getter]
-    fn compliance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn compliance<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         let s = self.tensor().compliance_voigt();
         convert::matrix6(py, &s.ok_or_else(|| wrong("the stiffness cannot be inverted", "check its components"))?)
     }
 
     /// The six Kelvin moduli (Pa), ascending: all positive for a stable material.
     #[getter]
-    fn kelvin_moduli<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        let mut moduli = self.tensor().eigen().0.as_slice().to_vec();
-        moduli.sort_by(f64::total_cmp);
-        PyArray1::from_vec(py, moduli)
+    fn kelvin_moduli<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        convert::shaped(py, self.kelvin(), &[6])
     }
 
     /// The tensor's norm √(C_ijkl C_ijkl) (Pa).
@@ -255,17 +277,18 @@ impl Stiffness {
 
     /// What central bonds cannot see, 3×3 (Pa): D11 = C44 − C23, D12 = C36 − C45, …
     #[getter]
-    fn cauchy_defect<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn cauchy_defect<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         convert::matrix3_array(py, &self.tensor().cauchy_defect())
     }
 
-    /// The symmetry class in any orientation, within `tolerance` (relative distance).
+    /// The symmetry class in any orientation, within `tolerance` (relative distance) [0.005].
     ///
     /// >>> Stiffness("Spinel").symmetry(), Stiffness("KIO3").symmetry()
     /// ('cubic', 'triclinic')
-    #[pyo3(signature = (*, tolerance=SYMMETRY_TOLERANCE))]
-    fn symmetry(&self, tolerance: f64) -> &'static str {
-        self.tensor().symmetry(tolerance).class.name()
+    #[pyo3(signature = (*, tolerance=None))]
+    fn symmetry(&self, py: Python<'_>, tolerance: Option<f64>) -> PyResult<&'static str> {
+        let tolerance = tolerance_of(tolerance)?;
+        Ok(py.detach(|| self.tensor().symmetry(tolerance)).class.name())
     }
 
     /// The tensor turned by a 3×3 rotation, or by one in the words of the command line ("bunge:10,20,30").
@@ -274,12 +297,7 @@ impl Stiffness {
     /// >>> bool(c.rotated("axis:0,0,1,90").rotated("axis:0,0,1,-90").relative_error(c) < 1e-14)
     /// True
     fn rotated(&self, rotation: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let q = convert::orientation(rotation)?;
-        let error = (q * q.transpose() - nalgebra::Matrix3::identity()).norm();
-        if error.is_nan() || error > 1e-9 {
-            return Err(wrong("the rotation matrix is not orthogonal", "give Q with Q·Qᵀ = 1"));
-        }
-        Ok(self.with_tensor(self.tensor().rotated(&q)))
+        Ok(self.with_tensor(self.tensor().rotated(&convert::orientation(rotation)?)))
     }
 
     /// ‖self − other‖/‖self‖.
@@ -294,7 +312,7 @@ impl Stiffness {
     fn young<'py>(&self, py: Python<'py>, direction: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let (n, shape) = directions(direction, "direction")?;
         let moduli = self.directional()?;
-        convert::shaped(py, n.iter().map(|n| moduli.young(n)).collect(), &shape)
+        convert::shaped(py, py.detach(|| n.par_iter().map(|n| moduli.young(n)).collect()), &shape)
     }
 
     /// Linear compressibility (1/Pa) along directions (…, 3).
@@ -305,7 +323,8 @@ impl Stiffness {
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let (n, shape) = directions(direction, "direction")?;
         let moduli = self.directional()?;
-        convert::shaped(py, n.iter().map(|n| moduli.linear_compressibility(n)).collect(), &shape)
+        let along = |n| moduli.linear_compressibility(n);
+        convert::shaped(py, py.detach(|| n.par_iter().map(along).collect()), &shape)
     }
 
     /// Speeds (m/s; …, 3; slowest first) and polarisations (…, 3, 3) of plane waves along directions (…, 3).
@@ -323,29 +342,48 @@ impl Stiffness {
             })?,
         };
         let (n, shape) = directions(direction, "direction")?;
-        let (mut speeds, mut polarisations) = (Vec::new(), Vec::new());
-        for n in &n {
-            for wave in self.tensor().waves(n, density).or_raise()? {
-                speeds.push(wave.speed);
-                polarisations.extend(wave.polarisation);
-            }
-        }
+        let along = |n| self.tensor().waves(n, density);
+        let waves: Vec<_> = py.detach(|| n.par_iter().map(along).collect::<anisobond::Result<_>>()).or_raise()?;
+        let speeds = waves.iter().flatten().map(|wave| wave.speed).collect();
+        let polarisations = waves.iter().flatten().flat_map(|wave| wave.polarisation).collect();
         let speed_shape = [&shape[..], &[3]].concat();
         let polarisation_shape = [&shape[..], &[3, 3]].concat();
         Ok((convert::shaped(py, speeds, &speed_shape)?, convert::shaped(py, polarisations, &polarisation_shape)?))
     }
 
     /// Everything of the tensor that needs no lattice, as `anisobond tensor`: moduli, engineering constants, extremes over
-    /// directions, waves, symmetry class, what central bonds can reach.
-    #[pyo3(signature = (*, tolerance=SYMMETRY_TOLERANCE))]
-    fn analyse(&self, py: Python<'_>, tolerance: f64) -> PyResult<Report> {
-        if !(tolerance >= 0.0 && tolerance.is_finite()) {
-            return Err(wrong(format!("tolerance = {tolerance}"), "give a number ≥ 0, as 0.005"));
-        }
+    /// directions, waves, symmetry class within `tolerance` [0.005], what central bonds can reach.
+    #[pyo3(signature = (*, tolerance=None))]
+    fn analyse(&self, py: Python<'_>, tolerance: Option<f64>) -> PyResult<Report> {
+        let tolerance = tolerance_of(tolerance)?;
         let report = py.detach(|| TensorReport::new(&self.material, tolerance)).or_raise()?;
         let words = describe::tensor(&report, &serde_json::Value::Null);
         let summary = format!("{}: {}", report.material, report.symmetry.class.name());
-        Report::new(summary, &report, words)
+        // As --json has them where no direction is asked for: see `young` and `waves`.
+        let mut numbers = convert::value_of(&report)?;
+        numbers["directions"] = serde_json::json!([]);
+        Report::new(summary, &numbers, words)
+    }
+
+    /// The 21 components (Pa) as a table.
+    fn table<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let c = self.tensor().voigt();
+        let pairs: Vec<(usize, usize)> = (0..6).flat_map(|a| (a..6).map(move |b| (a, b))).collect();
+        let columns = PyDict::new(py);
+        let names: Vec<String> = pairs.iter().map(|(a, b)| format!("c{}{}", a + 1, b + 1)).collect();
+        columns.set_item("component", names)?;
+        columns.set_item("stiffness", convert::shaped(py, pairs.iter().map(|&p| c[p]).collect(), &[pairs.len()])?)?;
+        table(py, &format!("components of {} (Pa)", self.material.name), columns)
+    }
+
+    /// The components as a pandas DataFrame.
+    fn to_pandas<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.table(py)?.call_method0("to_pandas")
+    }
+
+    /// The components as a pyarrow Table.
+    fn to_arrow<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.table(py)?.call_method0("to_arrow")
     }
 
     /// Name, source, density (kg/m³) and the Voigt matrix (Pa) as a dictionary.
@@ -363,19 +401,21 @@ impl Stiffness {
         dtype: Option<&Bound<'py, PyAny>>,
         copy: Option<bool>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        // A new array either way.
+        // A new array either way, and the caller's own.
         let _ = copy;
         let array = self.voigt(py)?.into_any();
-        dtype.map_or(Ok(array.clone()), |dtype| array.call_method1("astype", (dtype,)))
+        match dtype {
+            Some(dtype) => array.call_method1("astype", (dtype,)),
+            None => array.call_method0("copy"),
+        }
     }
 
-    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyDict>)> {
-        let keywords = PyDict::new(py);
-        keywords.set_item("order", "mandel")?;
-        keywords.set_item("name", self.name())?;
-        keywords.set_item("density", self.density())?;
-        keywords.set_item("source", self.source())?;
-        Ok(((self.mandel(py)?,).into_pyobject(py)?.into_any(), keywords))
+    // The matrix that is kept: the Voigt matrix and back would lose a bit.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> convert::Pickled<'py, (Vec<f64>, String, Option<f64>, String)> {
+        let m = &self.material;
+        let made = py.import("anisobond._native")?.getattr("_stiffness")?;
+        let mandel = self.tensor().mandel().as_slice().to_vec();
+        Ok((made, (mandel, m.name.clone(), m.density, m.source.clone())))
     }
 
     fn __repr__(&self) -> String {
@@ -386,8 +426,33 @@ impl Stiffness {
     }
 
     fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let this = slf.get();
-        let html = slf.py().import("anisobond._html")?;
-        html.getattr("report")?.call1(("Stiffness", this.name(), this.to_dict(slf.py())?))
+        let (py, this) = (slf.py(), slf.get());
+        let (m, c) = (&this.material, this.tensor());
+        let tensor = *c;
+        let class = py.detach(|| tensor.symmetry(SYMMETRY_TOLERANCE)).class.name();
+        let hill = c.require_positive_definite().ok().and_then(|()| c.average_moduli());
+        let mut shown = serde_json::json!({
+            "source": m.source, "density": m.density, "class": class, "cauchy_gap": c.cauchy_gap(),
+            "kelvin_moduli": this.kelvin(),
+        });
+        if let Some(hill) = hill {
+            shown["bulk"] = hill.hill.bulk.into();
+            shown["shear"] = hill.hill.shear.into();
+            shown["young"] = hill.hill_young.into();
+            shown["poisson"] = hill.hill_poisson.into();
+            shown["universal_anisotropy"] = hill.universal_anisotropy.into();
+        }
+        let matrix = convert::json(py, &serde_json::json!(c.voigt_rows()))?;
+        let html = py.import("anisobond._html")?;
+        html.getattr("stiffness")?.call1((this.name(), convert::json(py, &shown)?, matrix))
     }
+}
+
+/// A stiffness again, from what its pickle holds: the Kelvin-Mandel matrix column by column.
+#[pyfunction]
+#[pyo3(signature = (mandel, name, density, source))]
+pub fn _stiffness(mandel: Vec<f64>, name: String, density: Option<f64>, source: String) -> PyResult<Stiffness> {
+    let mandel = <[f64; 36]>::try_from(mandel).map_err(|_| wrong("a pickled stiffness is damaged", "make it anew"))?;
+    let stiffness = Tensor::from_mandel(Matrix6::from_column_slice(&mandel));
+    Ok(Stiffness { material: Material { name, stiffness, density, source } })
 }

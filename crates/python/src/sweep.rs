@@ -2,20 +2,21 @@
 
 use std::path::PathBuf;
 
+use anisobond::io::FlatTable;
 use anisobond::io::element_sweep::{ElementSweep, sweep_into, write_sweep};
 use anisobond::io::sweep::ParameterTable;
 use pyo3::prelude::*;
 use serde_json::json;
 
 use crate::convert;
-use crate::report::{Report, table_of_csv};
+use crate::report::{Report, table_of};
 use crate::work::{Beat, OrRaise, watched};
 
 /// A finished sweep; made by `sweep`.
 #[pyclass(frozen, extends = Report, module = "anisobond")]
 pub struct Sweep {
-    // Its text, not the store: an open store keeps others out.
-    csv: String,
+    // Its table, not the store: an open store keeps others out.
+    table: FlatTable,
     folder: PathBuf,
     files: Vec<String>,
     failed: Vec<(String, String)>,
@@ -43,17 +44,7 @@ impl Sweep {
 
     /// A row per job: its parameters and every number of its result.
     fn table<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        table_of_csv(py, "sweep", &self.csv)
-    }
-
-    /// The table as a pandas DataFrame.
-    fn to_pandas<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.table(py)?.call_method0("to_pandas")
-    }
-
-    /// The table as a pyarrow Table.
-    fn to_arrow<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.table(py)?.call_method0("to_arrow")
+        table_of(py, "sweep", &self.table)
     }
 }
 
@@ -94,6 +85,6 @@ pub fn sweep<'py>(
     let numbers = json!({"jobs": counts.all, "done": counts.done, "failed": counts.failed, "results": jobs});
     let words = format!("{} of {} jobs done, {} failed\n", counts.done, counts.all, counts.failed);
     let base = Report::new(words.trim_end(), &numbers, words.clone())?;
-    let sweep = Sweep { csv: store.csv().or_raise()?, folder, files, failed: summary.failed };
+    let sweep = Sweep { table: store.table().or_raise()?, folder, files, failed: summary.failed };
     Bound::new(py, PyClassInitializer::from(base).add_subclass(sweep))
 }

@@ -11,7 +11,6 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::convert;
-use crate::grid_test::nodes_of;
 use crate::work::{background, wrong};
 
 /// Run the program `anisobond` with these words, its name first; the exit code.
@@ -22,7 +21,8 @@ pub fn command_line(py: Python<'_>, words: Vec<OsString>) -> u8 {
 
 /// Threads to use; before the first work, and once in a process.
 #[pyfunction]
-pub fn set_threads(threads: usize) -> PyResult<()> {
+pub fn set_threads(threads: i128) -> PyResult<()> {
+    let threads = convert::count(threads, "threads")? as usize;
     if threads == 0 {
         return Err(wrong("0 threads", "give at least 1"));
     }
@@ -71,7 +71,7 @@ pub fn export(
     ];
     let engine = convert::choice(to, "to", &engines)?;
     let folder = convert::path(folder)?;
-    let nodes = nodes.map(nodes_of).transpose()?;
+    let nodes = nodes.map(|n| convert::three_counts(n, "nodes")).transpose()?;
     let output = output.map_or_else(|| Ok(folder.join(to)), convert::path)?;
     let (files, warning) = background(py, move || {
         let export = io::export(&BondedCell::read(&folder, nodes)?, engine)?;

@@ -14,6 +14,7 @@ mod exceptions {
     pyo3::import_exception!(anisobond._errors, Error);
     pyo3::import_exception!(anisobond._errors, FileError);
     pyo3::import_exception!(anisobond._errors, Interrupted);
+    pyo3::import_exception!(anisobond._errors, MissingFileError);
     pyo3::import_exception!(anisobond._errors, NotExact);
 }
 pub use exceptions::NotExact;
@@ -25,7 +26,11 @@ const WATCH: Duration = Duration::from_millis(50);
 pub fn raised(error: anisobond::Error) -> PyErr {
     let text = error.to_string();
     match error {
-        anisobond::Error::File { .. } => exceptions::FileError::new_err(text),
+        anisobond::Error::File { path, source, .. } => {
+            let missing = source.kind() == std::io::ErrorKind::NotFound;
+            let about = (text, source.raw_os_error(), path);
+            if missing { exceptions::MissingFileError::new_err(about) } else { exceptions::FileError::new_err(about) }
+        }
         anisobond::Error::Interrupted { .. } => exceptions::Interrupted::new_err(text),
         _ => exceptions::Error::new_err(text),
     }

@@ -1,6 +1,8 @@
 """Calibrations: arrays against the tensor they promise, evidence, tables, refusals."""
 
+import copy
 import json
+import pickle
 import subprocess
 import sys
 
@@ -102,6 +104,52 @@ def test_a_table_of_materials(tmp_path):
     assert beats[-1][:2] == (2, 2) and (tmp_path / "out/calibrations.csv").is_file()
 
 
+def test_tables_have_types_that_do_not_depend_on_the_rows(tmp_path):
+    names = [f"c{i}{j}" for i in range(1, 7) for j in range(i, 7)]
+    good = {"c11": 160, "c22": 160, "c33": 160, "c12": 60, "c13": 60, "c23": 60, "c44": 80, "c55": 80, "c66": 80}
+
+    def table(*rows):
+        lines = [",".join(["id", *names])]
+        lines += [",".join([id, *(str(sign * good.get(c, 0)) for c in names)]) for id, sign in rows]
+        (tmp_path / "t.csv").write_text("\n".join(lines) + "\n")
+        return ab.calibrate_table(tmp_path / "t.csv", horizon=2)
+
+    whole, torn = table(("007", 1), ("1e5", 1), ("true", 1)), table(("007", 1), ("1e5", -1), ("nan", 1))
+    assert whole["id"] == whole["material"] == ["007", "1e5", "true"] and torn["id"] == ["007", "1e5", "nan"]
+    assert whole["stable"].dtype == torn["stable"].dtype == object
+    assert list(whole["stable"]) == [True] * 3 and list(torn["stable"]) == [True, None, True]
+    assert torn["error"][0] is None and "positive definite" in torn["error"][1]
+    assert whole["sampled_waves"].dtype == whole["line"].dtype == np.int64 and np.isnan(torn["sampled_waves"][1])
+    assert torn["neighbourhood.shape"] == ["sphere", None, "sphere"]
+    assert json.dumps(torn.to_dict(), allow_nan=False)
+    pandas, arrow = pytest.importorskip("pandas"), pytest.importorskip("pyarrow")
+    frame = torn.to_pandas()
+    assert frame["stable"].dtype == object and list(frame["id"]) == ["007", "1e5", "nan"] and pandas.isna(frame["stable"][1])
+    assert torn.to_arrow().schema.field("stable").type == whole.to_arrow().schema.field("stable").type == arrow.bool_()
+
+
+def test_pickles_are_calibrated_again():
+    grid = ab.Neighbourhood(
+        horizon=3, shape="ellipsoid", semi_axes=[2, 2.5, 3], influence=[(0.1, 1), (0.5, 0.5), (1, 0.1)],
+        spacing="2 mm", rotate=["axis:0,0,1,30", "axis:1,0,0,7"],
+    )
+    again = pickle.loads(pickle.dumps(grid))
+    assert repr(again) == repr(grid) and np.array_equal(again.vectors, grid.vectors)
+    assert np.array_equal(again.offsets, grid.offsets) and np.array_equal(again.influence, grid.influence)
+    for keywords in ({"model": "micropolar", "promise": "free-rotations"}, {"model": "hybrid"}, {"lower_bound": 1e9}):
+        bonds = ab.calibrate("Si", grid, **keywords)
+        again = copy.deepcopy(pickle.loads(pickle.dumps(bonds)))
+        assert again.to_dict() == bonds.to_dict() and np.array_equal(again.micromodulus, bonds.micromodulus)
+
+
+def test_arrays_are_made_once():
+    bonds = ab.calibrate("Te2W", horizon=2, model="hybrid")
+    grid = bonds.neighbourhood
+    for of, name in [(grid, "offsets"), (grid, "vectors"), (grid, "influence"), (bonds, "offsets"), (bonds, "vectors")]:
+        assert getattr(of, name) is getattr(of, name) and not getattr(of, name).flags.writeable, name
+    assert not bonds.nodal_term.flags.writeable
+
+
 def test_same_numbers_as_the_command_line():
     words = [sys.executable, "-c", "from anisobond._command import main; main()", "calibrate", "KIO3", "--horizon", "3"]
     printed = subprocess.run([*words, "--json"], capture_output=True, text=True, check=True).stdout
@@ -123,6 +171,11 @@ def test_advice():
         (lambda: ab.calibrate("Si", promise="sum"), ["micropolar"]),
         (lambda: ab.calibrate("Si", model="hybrid", lower_bound="max"), ["central"]),
         (lambda: ab.calibrate("Si", lower_bound=-1), ["≥ 0"]),
+        (lambda: ab.calibrate("Si", lower_bound="1 GPa"), ["N/m⁶"]),
+        (lambda: ab.calibrate("Si", require_exact=-1), ["require_exact", "≥ 0"]),
+        (lambda: ab.calibrate("Si", require_exact="yes"), ["require_exact", "True"]),
+        (lambda: ab.calibrate("Si", influence=[[1, 2, 3]]), ["influence has the shape [1, 3]"]),
+        (lambda: ab.calibrate("Si", rotate=3), ["rotate"]),
         (lambda: ab.calibrate("Si", influence="gauss"), ["constant, inverse, hat, power"]),
         (lambda: ab.calibrate("Si", horizon=0.5), ["at least 1"]),
         (lambda: ab.calibrate("Si", horizon="6 mmm"), ["horizon"]),
@@ -144,5 +197,22 @@ def test_not_exact_carries_what_was_reached():
         ab.calibrate("Si", horizon=2, require_exact=1e-9)
     assert caught.value.calibration.error > 1e-9
     assert ab.calibrate("Pyroceram", horizon=3, require_exact=1e-9).error < 1e-9
-    with pytest.raises(TypeError, match="horizn"):
-        ab.calibrate("Si", horizn=3)
+    with pytest.raises(ab.NotExact, match="1.00000e-7 %"):
+        ab.calibrate("Si", horizon=2, require_exact=True)
+    assert ab.calibrate("Si", horizon=2, require_exact=False).error > 1e-9
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: ab.calibrate("Si", horizn=3), "calibrate\\(\\) has no keyword horizn; did you mean horizon?"),
+        (lambda: ab.calibrate("Si", modle="hybrid"), "did you mean model?"),
+        (lambda: ab.grid_test("Si", 4, seeed=1), "grid_test\\(\\) has no keyword seeed; did you mean seed?"),
+        (lambda: ab.calibrate_table("t.csv", progres=True), "calibrate_table\\(\\).*did you mean progress?"),
+    ],
+)
+def test_unknown_keywords_are_named(make, said, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "t.csv").write_text("id,c11\n")
+    with pytest.raises(TypeError, match=said):
+        make()

@@ -1,5 +1,9 @@
 """Packings, lattices, element tests and sweeps."""
 
+import copy
+import json
+import pickle
+
 import numpy as np
 import pytest
 
@@ -15,6 +19,58 @@ def test_packings_in_and_out(packing, tmp_path):
         np.testing.assert_allclose(again.cell, packing.cell, rtol=1e-9)
     same = ab.Packing(packing.centres, packing.radii, cell=packing.cell)
     assert len(same) == len(packing) and same.statistics(1.5).to_dict() == packing.statistics(1.5).to_dict()
+
+
+def test_packings_are_pickled_with_how_they_came_about(packing):
+    again = copy.copy(pickle.loads(pickle.dumps(packing)))
+    assert np.array_equal(again.centres, packing.centres) and np.array_equal(again.cell, packing.cell)
+    assert np.array_equal(again.radii, packing.radii) and again.generation == packing.generation and again.reached
+    free = pickle.loads(pickle.dumps(ab.Packing([[0, 0, 0], [1, 0, 0]], "300 mm")))
+    assert free.cell is None and free.generation is None and free.radii[1] == 0.3
+
+
+def test_arrays_are_made_once(packing, rock):
+    bonds = ab.lattice(packing, rock, contact_radius=1.6)
+    for of, names in [(packing, ("centres", "radii", "cell")), (bonds, ("pairs", "branches", "normal", "tangential"))]:
+        assert all(getattr(of, n) is getattr(of, n) and not getattr(of, n).flags.writeable for n in names)
+
+
+def test_numpy_where_numbers_are():
+    assert len(ab.Packing.crystal("sc", radius="1 mm", cells=3)) == len(ab.Packing.crystal("sc", radius=1, cells=[3, 3, 3])) == 27
+    assert len(ab.Packing.crystal("sc", radius=1, cells=np.array([1, 2, 3]))) == 6
+    rows = np.array([(0.02, 0.5), (0.03, 0.5)])
+    assert set(ab.Packing.random(number=np.int64(40), radii=rows, porosity=0.6).radii.round(12)) == {0.02, 0.03}
+    test = ab.grid_test("KIO3", np.array([4, 4, 5]), horizon=2, voids=np.array([[2, 2, 2, 0.5]]))
+    assert test.to_dict()["cell"]["missing"] == 1
+
+
+def test_every_result_is_a_table_and_a_dictionary(packing, rock):
+    test = ab.element_test(packing, rock, contact_radius=1.6)
+    cell = ab.grid_test("KIO3", 4, horizon=2)
+    results = [packing, packing.statistics(), ab.lattice(packing, rock), test, cell, ab.advise("Si"), rock, ab.Neighbourhood(horizon=2)]
+    for result in results:
+        assert json.loads(json.dumps(result.to_dict(), allow_nan=False)), result
+        assert len(result.table()) > 0 and json.dumps(result.table().to_dict(), allow_nan=False)
+        assert "<table>" in result._repr_html_() and "&lt;" not in result._repr_html_(), result
+    assert test.table()["measured.c11"][0] == pytest.approx(test.measured.voigt[0, 0], rel=1e-14)
+    pytest.importorskip("pandas")
+    pytest.importorskip("pyarrow")
+    for result in results:
+        assert len(result.to_pandas()) == len(result.table()) == result.to_arrow().num_rows
+
+
+def test_the_hole_and_its_refusals():
+    # The isotropic closed form, u = p a²/(2 G r), along an axis that is none of the coordinates'.
+    glass = ab.Stiffness.isotropic(bulk="36 GPa", shear="20 GPa")
+    hole = ab.Cavity(glass, radius="2 m", pressure="3 MPa", axis=[1, 1, 1])
+    away = np.array([1, -1, 0]) / 2**0.5
+    u = hole.displacement([2 * away, 5 * away])
+    np.testing.assert_allclose(u, [3e6 * 4 / (2 * 20e9 * r) * away for r in (2, 5)], rtol=1e-9, atol=1e-13)
+    assert np.array(hole.to_dict()["wall"]) @ away == pytest.approx(u[0]) and "<table>" in hole._repr_html_()
+    for place in ([0, 0, 0], [[1, 0, 0], [2, 2, 2]], [np.nan, 0, 0], [np.inf, 0, 0]):
+        for what in (hole.displacement, hole.hoop_stress):
+            with pytest.raises(ab.Error, match="axis|finite"):
+                what(place)
 
 
 def test_contacts_are_those_of_all_pairs(packing):
@@ -116,6 +172,16 @@ def test_a_function_that_fails_stops_the_work(tmp_path, packing):
         (lambda p, r: ab.lattice(p, r, model="central", correct="elliptic"), ["tangential"]),
         (lambda p, r: ab.lattice("/nowhere.txt", r), ["/nowhere.txt"]),
         (lambda p, r: ab.element_test(p, r, method="dynamic", strain=0), ["strain"]),
+        (lambda p, r: ab.element_test(p, r, strain=-0.02), ["strain", "dynamic"]),
+        (lambda p, r: ab.Packing.random(number=9, radius=1, radii=[(1, 1)]), ["one of them"]),
+        (lambda p, r: ab.Packing.random(number=9, seed=-1), ["seed = -1"]),
+        (lambda p, r: ab.Packing.random(number=-9), ["number = -9"]),
+        (lambda p, r: ab.Packing.crystal("sc", radius=1, seed=-1), ["seed = -1"]),
+        (lambda p, r: ab.Packing.crystal("sc", radius=1, cells=[3, 3]), ["cells = [3, 3]"]),
+        (lambda p, r: ab.grid_test("Si", 4, horizon=2, seed=-1), ["seed = -1"]),
+        (lambda p, r: ab.set_threads(-1), ["threads = -1"]),
+        (lambda p, r: ab.Packing([[0, 0, np.nan]], 1), ["centres[0, 2] is NaN"]),
+        (lambda p, r: ab.lattice(ab.Packing(p.centres, p.radii), r), ["no periodic cell", "edges of its cell"]),
         (lambda p, r: ab.Packing.random(), ["number", "cell"]),
         (lambda p, r: ab.Packing.random(number=10, porosity=0.4, coordination=20), ["one"]),
         (lambda p, r: ab.Packing([[0, 0]], 1), ["(…, 3)"]),

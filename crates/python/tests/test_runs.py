@@ -1,7 +1,9 @@
 """Cases and runs, Ctrl-C among them; the command."""
 
+import errno
 import json
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -24,8 +26,12 @@ def test_a_run_and_its_tables(wave, tmp_path):
     again = ab.open_run(tmp_path / "wave")
     assert again.to_dict() == json.loads((tmp_path / "wave/summary.json").read_text())
     np.testing.assert_array_equal(again.probes()["time_s"], probes["time_s"])
-    with pytest.raises(ab.Error, match="already has results"):
-        ab.run(wave, tmp_path / "wave")
+    assert str(again) == str(run) and repr(again) == repr(run) and again.to_dict() == run.to_dict()
+    # It is finished: nothing says that it could be gone on with.
+    for resume in (False, True):
+        with pytest.raises(ab.Error, match="already has results of a run, and it is finished") as caught:
+            ab.run(wave, tmp_path / "wave", resume=resume)
+        assert "resume" not in str(caught.value) and "another folder" in str(caught.value)
 
 
 def test_an_interrupted_run_goes_on(tmp_path):
@@ -112,6 +118,36 @@ def test_the_lock_is_released_while_work_lasts(packing):
     assert count > 50
 
 
+def test_the_lock_is_released_by_short_work_too():
+    """Each of these was a pause as long as itself; now another thread gets the lock meanwhile."""
+    import threading
+
+    c, n = ab.Stiffness("KIO3"), np.random.default_rng(0).normal(size=(200_000, 3))
+    hole = ab.Cavity(c, radius=1, pressure=1)
+    for work in (
+        lambda: c.waves(n, density=1000),
+        lambda: ab.Neighbourhood(horizon=60),
+        lambda: hole.displacement(n),
+    ):
+        ticks, done = [], threading.Event()
+
+        def tick():
+            while not done.is_set():
+                ticks.append(time.monotonic())
+                time.sleep(0.001)
+
+        thread = threading.Thread(target=tick)
+        thread.start()
+        begun = time.monotonic()
+        # Once is a few hundredths of a second or more.
+        while time.monotonic() - begun < 0.3:
+            work()
+        ended = time.monotonic()
+        done.set()
+        thread.join()
+        assert sum(begun < t < ended for t in ticks) > 10
+
+
 def command(*words, **more):
     """The installed command, or the module where it is not on the path."""
     program = os.path.join(os.path.dirname(sys.executable), "anisobond")
@@ -152,6 +188,7 @@ def test_ctrl_c_of_the_command(tmp_path):
         (lambda: ab.run(repository_wave(), "/tmp/never", resume=True), ["no checkpoint"]),
         (lambda: ab.open_run("/nowhere"), ["/nowhere"]),
         (lambda: ab.verify("prakas"), ["prakash"]),
+        (lambda: ab.Case("a = 1\n", set={"b": float("nan")}), ["b is nan"]),
         (lambda: ab.run(repository_wave(), "/tmp/never", progress=3), ["progress"]),
     ],
 )
@@ -161,7 +198,27 @@ def test_wrong_input_says_what_to_do(make, fragments):
     assert all(f in str(caught.value) for f in fragments), caught.value
 
 
-def test_files_are_files_errors_too():
+def test_cases_are_pickled_and_shown():
+    case = ab.Case(ab.Case.starter("bar"), set={"grid.spacing": "10 mm", "output.frames": np.int64(2)})
+    again = pickle.loads(pickle.dumps(case))
+    assert again.to_dict() == case.to_dict() and again.to_dict()["set"] == {"grid.spacing": "10 mm", "output.frames": "2"}
+    assert again.check().to_dict()["nodes"] == case.check().to_dict()["nodes"] and "bar" in case._repr_html_()
+    of_file = pickle.loads(pickle.dumps(ab.Case(repository_wave(), set=SHORT_WAVE)))
+    assert of_file.to_dict()["file"].endswith("wave.toml") and of_file.name == "wave"
+
+
+def test_the_module_is_the_command():
+    words = [sys.executable, "-m", "anisobond", "--version"]
+    assert "anisobond" in subprocess.run(words, capture_output=True, text=True, check=True).stdout
+
+
+def test_files_are_files_errors_too(tmp_path):
     with pytest.raises(OSError):
         ab.open_run("/nowhere")
+    for make, name in ((ab.Case, "case.toml"), (ab.Packing.read, "p.txt"), (lambda path: ab.open_run(path.parent), "summary.json")):
+        with pytest.raises(FileNotFoundError) as caught:
+            make(tmp_path / name)
+        assert caught.value.errno == errno.ENOENT and caught.value.filename == str(tmp_path / name)
+        assert isinstance(caught.value, ab.FileError) and str(caught.value).startswith("cannot read")
+        assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
     assert issubclass(ab.Interrupted, KeyboardInterrupt) and not issubclass(ab.Interrupted, Exception)

@@ -13,7 +13,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector, Vector3};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::SphereRule;
 use super::bounded_squares::bounded_least_squares;
@@ -126,7 +126,7 @@ impl CrackPlanes {
 }
 
 /// How well the reached fracture energy follows the wanted one.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct FractureReport {
     /// Wanted fracture energy, mean over the planes (J/m²).
     pub wanted_mean: f64,

@@ -95,7 +95,7 @@ impl LatticeStudy {
             },
             (Model::Central | Model::Hybrid, Some((CorrectionChoice::Elliptic, _))) => Err(Error::input(
                 "the elliptic correction needs tangential bonds",
-                "use --correct general, or the micropolar model",
+                "use the general correction, or the micropolar model",
             )),
             (Model::Central, correction) => LatticeStudy::central(lattice, target, correction.as_ref().map(|c| &c.1)),
             (Model::Hybrid, correction) => LatticeStudy::hybrid(lattice, target, correction.as_ref().map(|c| &c.1)),

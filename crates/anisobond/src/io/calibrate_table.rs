@@ -3,11 +3,12 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
+use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::Value;
 use serde_json::value::{RawValue, to_raw_value};
 
-use super::flat::{FlatRow, columns, csv_of, header};
+use super::flat::{FlatTable, columns};
 use super::journal::Journal;
 use super::model_report::ModelReport;
 use super::report::NeighbourhoodReport;
@@ -134,21 +135,19 @@ impl TableResults {
         self.rows.iter().flatten().map(|row| format!("{}\n", row.get())).collect()
     }
 
-    /// A CSV table with a column per number of the JSON objects: `micromodulus.max`, `target.c11` … `target.c66`,
+    /// A table with a column per number of the JSON objects: `micromodulus.max`, `target.c11` … `target.c66`,
     /// `dual.1111` …; a row that failed has its `id`, `line`, `material` and `error` only.
-    ///
-    /// # Errors
-    /// None in practice: writing to memory does not fail.
-    pub fn csv(&self) -> Result<String> {
-        let rows: Vec<FlatRow> = self.values().map(|v| columns(&v)).collect();
-        csv_of(&header(&rows), &rows)
+    pub fn table(&self) -> FlatTable {
+        // A raw value is valid JSON by construction.
+        let flat = |row: &RawValue| serde_json::from_str(row.get()).ok().map(|value| columns(&value));
+        FlatTable::of_rows(self.rows.par_iter().filter_map(|row| flat(row.as_deref()?)).collect())
     }
 
-    /// Write the CSV table, whole or not at all.
+    /// Write the table as CSV, whole or not at all.
     ///
     /// # Errors
     /// A path that cannot be written.
     pub fn write_csv(&self, path: impl AsRef<Path>) -> Result<()> {
-        super::write_atomically(path, self.csv()?)
+        super::write_atomically(path, self.table().csv()?)
     }
 }

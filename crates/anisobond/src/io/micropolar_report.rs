@@ -113,9 +113,9 @@ impl MicropolarInfeasibilityReport {
         let remedy = match i.in_every_neighbourhood {
             true => {
                 "no neighbourhood of normal and tangential bonds can: an eigenvalue of the Cauchy defect is above half of \
-                 its trace; `--model hybrid` reaches it"
+                 its trace; the hybrid model reaches it"
             }
-            false => "a larger horizon may do, `--model hybrid` does",
+            false => "a larger horizon may do, the hybrid model does",
         };
         let given = match promise {
             Promise::Sum => "The bonds given are those of the closest reachable tensor.",

@@ -44,6 +44,7 @@ pub use case::{
 };
 pub use export::{BondedCell, Engine, Export, ExportFile, export};
 pub use find::{builtin_material, find_material};
+pub use flat::{Column, FlatTable};
 pub use folder::{Files, calibration_files, json_file, lattice_files, write_files};
 pub use grid_report::{CellReport, GridTestReport};
 pub use hybrid_report::HybridReport;

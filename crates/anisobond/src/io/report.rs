@@ -344,7 +344,7 @@ impl InfeasibilityReport {
         };
         let remedy = match (i.in_every_neighbourhood, lower_bound > 0.0) {
             (true, _) => "no neighbourhood of central bonds can: the Cauchy part has a negative Kelvin modulus",
-            (false, true) => "lower the bound (`--lower-bound max` finds the largest) or use a larger horizon",
+            (false, true) => "lower the bound (a lower bound of `max` finds the largest) or use a larger horizon",
             (false, false) => "use a larger horizon or turn the neighbourhood",
         };
         InfeasibilityReport {

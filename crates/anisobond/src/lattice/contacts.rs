@@ -143,7 +143,7 @@ impl Lattice {
         let Some(volume) = packing.volume() else {
             return Err(Error::input(
                 "the packing has no periodic cell",
-                "say its edges in the packing's file (first line ##PERIODIC:: a b c), or give the volume of a free lattice",
+                "give the edges of its cell (in a file: a first line ##PERIODIC:: a b c), or the volume of a free lattice",
             ));
         };
         Lattice::with_volume(packing, contact_radius, volume)

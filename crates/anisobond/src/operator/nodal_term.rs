@@ -184,7 +184,7 @@ impl NodalKernel {
             .zip(term.gradients_by(&inverses, bonds))
             .map(|(bond, ends)| {
                 let (a, b) = (place[bond.a as usize], place[bond.b as usize]);
-                let [at_a, at_b] = ends.map(|g| <[f64; 3]>::from(g));
+                let [at_a, at_b] = ends.map(<[f64; 3]>::from);
                 // As in the list of bonds, from the lower number to the higher.
                 if a <= b {
                     NodalBond { a, b, at_a, at_b }

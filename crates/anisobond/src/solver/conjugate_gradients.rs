@@ -3,7 +3,7 @@
 //! The load cases share the bonds' memory traffic and nothing else: each has its own step lengths, and one that has
 //! converged takes no more steps. Solving them together, apart or on several threads gives the same bits.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::preconditioner::BlockJacobi;
 use super::watch::Watch;
@@ -34,7 +34,7 @@ impl Default for Stopping {
 }
 
 /// How a solve ended.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SolverReport {
     /// Iterations of the slowest load case.
     pub iterations: usize,

@@ -6,10 +6,10 @@
 ((122,), 3.1873)
 
 SI units throughout; texts carry their own ("2 mm", "130 MPa"). Every result prints the words of the command line, has
-`to_dict()` with its numbers, and `to_pandas()` and `to_arrow()` where it is a table. The guide is docs/python.md.
+`to_dict()` with its numbers, and `to_pandas()` and `to_arrow()`. The guide is docs/python.md.
 """
 
-from ._errors import Error, FileError, Interrupted, NotExact
+from ._errors import Error, FileError, Interrupted, MissingFileError, NotExact
 from ._native import (
     Advice,
     Calibration,
@@ -53,6 +53,7 @@ __all__ = [
     "GridTest",
     "Interrupted",
     "Lattice",
+    "MissingFileError",
     "Neighbourhood",
     "NotExact",
     "Packing",

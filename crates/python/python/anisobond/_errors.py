@@ -1,16 +1,40 @@
 """Exceptions, with the texts of the command line."""
 
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ._native import Calibration
+
 
 class Error(ValueError):
     """Wrong input: one sentence with place, problem and remedy."""
 
 
 class FileError(Error, OSError):
-    """A file could not be read or written."""
+    """A file could not be read or written; `errno` and `filename` as of an `OSError`."""
+
+    def __init__(self, text: str, errno: int | None = None, filename: str | os.PathLike[str] | None = None):
+        super().__init__(text)
+        self.errno, self.filename = errno, None if filename is None else os.fspath(filename)
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+    def __reduce__(self):
+        return type(self), (self.args[0], self.errno, self.filename)
+
+
+class MissingFileError(FileError, FileNotFoundError):
+    """A file is not there."""
 
 
 class NotExact(Error):
     """`require_exact` was asked and not reached; `calibration` has what was."""
+
+    calibration: Calibration
 
 
 class Interrupted(KeyboardInterrupt):

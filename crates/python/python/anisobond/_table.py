@@ -32,7 +32,7 @@ class Table:
 
     @classmethod
     def from_csv(cls, title: str, text: str) -> Table:
-        """From the text of a CSV file with a heading; columns of numbers become arrays, empty cells NaN."""
+        """From the text of a CSV file of numbers with a heading, as probes.csv; empty cells are NaN."""
         rows = list(csv.reader(io.StringIO(text)))
         if not rows:
             return cls(title, {})
@@ -71,9 +71,9 @@ class Table:
     def __len__(self) -> int:
         return len(next(iter(self._columns.values()), ()))
 
-    def to_dict(self) -> dict[str, Any]:
-        """The columns by name."""
-        return dict(self._columns)
+    def to_dict(self) -> dict[str, list[Any]]:
+        """The columns by name as lists, which JSON can hold: NaN is None."""
+        return {name: [_plain(value) for value in column] for name, column in self._columns.items()}
 
     def to_pandas(self) -> Any:
         """As a pandas DataFrame."""
@@ -96,8 +96,10 @@ class Table:
 
     def _repr_html_(self) -> str:
         def cells(tag: str, values: Iterable[Any]) -> str:
-            return "".join(f"<{tag}>{html.escape(_shown(value))}</{tag}>" for value in values)
+            styled = zip(styles, values)
+            return "".join(f'<{tag} style="{style}">{html.escape(_shown(value))}</{tag}>' for style, value in styled)
 
+        styles = [_style(column) for column in self._columns.values()]
         shown = range(min(len(self), _SHOWN))
         body = "".join(f"<tr>{cells('td', (c[i] for c in self._columns.values()))}</tr>" for i in shown)
         more = f"<p>{len(self)} rows, the first {_SHOWN} shown</p>" if len(self) > _SHOWN else f"<p>{len(self)} rows</p>"
@@ -106,17 +108,28 @@ class Table:
 
 
 def _column(texts: list[str]) -> Any:
-    """Numbers as an array, truths as an array, other texts as they are."""
-    if texts and all(text in ("true", "false") for text in texts):
-        return numpy.array([text == "true" for text in texts])
+    """Numbers as an array; where one cell is none, all as they are."""
     try:
         return numpy.array([float(text) if text else numpy.nan for text in texts])
     except ValueError:
         return texts
 
 
+def _plain(value: Any) -> Any:
+    """A value of a column as JSON has it."""
+    if isinstance(value, numpy.generic):
+        value = value.item()
+    return None if isinstance(value, float) and value != value else value
+
+
+def _style(column: Any) -> str:
+    """Numbers to the right, texts and truths to the left."""
+    values = numpy.asarray(column) if len(column) else numpy.zeros(0)
+    return f"text-align:{'right' if values.dtype.kind in 'iuf' else 'left'};padding:0.1em 0.7em"
+
+
 def _shown(value: Any) -> str:
     """A value in a cell: six digits of numbers that are not whole."""
     if isinstance(value, (float, numpy.floating)):
-        return f"{value:.6g}"
+        return "" if value != value else f"{value:.6g}"
     return "" if value is None else str(value)

@@ -1,7 +1,7 @@
 //! A body of bonded spheres, how it is loaded, and what is measured.
 
 use nalgebra::Vector3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::loose::Joined;
 use crate::experiment::element_test::Rotations;
@@ -98,7 +98,7 @@ pub struct ServoPlan {
 }
 
 /// What a packing's lattice is, and what was asked of it.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct PackingEvidence {
     /// Name of the region.
     pub region: String,
@@ -107,13 +107,13 @@ pub struct PackingEvidence {
     /// Bonds per sphere of the periodic packing that the body is made from.
     pub coordination: f64,
     /// Stiffness asked of the lattice (Pa, Voigt).
-    #[serde(serialize_with = "voigt")]
+    #[serde(serialize_with = "voigt", deserialize_with = "of_voigt")]
     pub prescribed: Stiffness,
     /// The sum over bonds at uniform strain (Pa, Voigt), an upper bound of what an element test measures.
-    #[serde(serialize_with = "voigt")]
+    #[serde(serialize_with = "voigt", deserialize_with = "of_voigt")]
     pub summed: Stiffness,
     /// What the element test measures after a correction (Pa, Voigt); `None` without one.
-    #[serde(serialize_with = "maybe_voigt")]
+    #[serde(serialize_with = "maybe_voigt", deserialize_with = "maybe_of_voigt")]
     pub measured: Option<Stiffness>,
 }
 
@@ -125,9 +125,20 @@ fn maybe_voigt<S: serde::Serializer>(c: &Option<Stiffness>, serializer: S) -> Re
     c.map(|c| c.voigt_rows()).serialize(serializer)
 }
 
+fn of_voigt<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Stiffness, D::Error> {
+    let rows = <[[f64; 6]; 6]>::deserialize(deserializer)?;
+    Stiffness::from_voigt(&nalgebra::Matrix6::from_fn(|a, b| rows[a][b])).map_err(serde::de::Error::custom)
+}
+
+fn maybe_of_voigt<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Option<Stiffness>, D::Error> {
+    #[derive(Deserialize)]
+    struct Rows(#[serde(deserialize_with = "of_voigt")] Stiffness);
+    Ok(Option::<Rows>::deserialize(deserializer)?.map(|Rows(c)| c))
+}
+
 /// Mean stress (Pa) and strain (–) of a periodic cell, components 11 22 33 23 13 12; tension is positive. Normal strains
 /// are logarithmic, ln F_ii; shears are ½ (F_ij + F_ji).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CellState {
     /// Stress (Pa).
     pub stress: [f64; 6],
@@ -136,7 +147,7 @@ pub struct CellState {
 }
 
 /// The largest differential stress so far of the component that a servo strains fastest.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Peak {
     /// Index of the component in 11 22 33.
     pub axis: usize,
@@ -151,7 +162,7 @@ pub struct Peak {
 }
 
 /// Spheres that are outside the box around a free body: its bounds at the start, enlarged on every side by half their diagonal.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Leavers {
     /// Number of them when last looked at.
     pub number: usize,

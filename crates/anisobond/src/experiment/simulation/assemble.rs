@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::calibration::{
     CrackPlanes, CriticalStretches, EnergyByNormal, FractureReport, HybridForm, LowerBound, Model, ModelCalibrator,
@@ -15,7 +15,7 @@ use crate::tensor::Stiffness;
 use crate::{Error, Result};
 
 /// What the bonds of a region reach of what was asked.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RegionEvidence {
     /// Name of the region.
     pub name: String,

@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 
 use nalgebra::{Matrix3, Vector3};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::crack::{FROM_THE_START, WHOLE};
 use super::crack_tips::{CrackTip, crack_tips};
@@ -29,7 +29,7 @@ pub struct CrackPoint {
 }
 
 /// A crack that grew: cracked nodes that hang together. One that branches is one crack.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CrackPath {
     /// The longest way from where it began (m).
     pub length: f64,

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Vector3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::crack_path::{CrackPoint, WINDOW, line, slope, speed_from, tip_history};
 use crate::lattice::Grid;
@@ -34,7 +34,7 @@ pub struct TipPoint {
 }
 
 /// One tip of a crack, with the way that led to it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CrackTip {
     /// Where it began, or branched off from the way of a longer one (m).
     pub start: [f64; 3],

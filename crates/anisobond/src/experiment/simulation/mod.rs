@@ -49,7 +49,7 @@ const EXPLODED: f64 = 1e4;
 const LOOKS: u64 = 100;
 
 /// The time step of a motion.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StepEvidence {
     /// Time step (s).
     pub step: f64,

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::loading::Loading;
 use crate::experiment::problem::Problem;
@@ -19,7 +19,7 @@ const POOR: f64 = 1.5;
 const SETTLED: f64 = 1e-4;
 
 /// How a load step ended.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct StaticEvidence {
     /// Equilibria solved until no bond failed.
     pub equilibria: usize,

@@ -216,10 +216,10 @@ fn add_column(rows: &mut Vec<Datum>, x_name: &str, name: &str, points: &[[f64; 2
         let again = *count;
         *count += 1;
         let at = *known.entry(key(x, again)).or_insert_with(|| {
-            rows.push(Datum { x_name: x_name.into(), x, again, cells: vec![(x_name.into(), x.to_string())] });
+            rows.push(Datum { x_name: x_name.into(), x, again, cells: vec![(x_name.into(), x.to_string().into())] });
             rows.len() - 1
         });
-        rows[at].cells.push((name.into(), y.to_string()));
+        rows[at].cells.push((name.into(), y.to_string().into()));
     }
 }
 

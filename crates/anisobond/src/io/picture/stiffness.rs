@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::Vector3;
 
-use super::super::flat::csv_of;
+use super::super::flat::{FlatRow, csv_of};
 use super::chart::{Chart, GRID, Look, Panel, Series, Style, legend, prefixed};
 use super::drawing::{Anchor, Drawing, Group, INK, MARGIN, Mark, SOFT_INK, heading, in_power, text};
 use super::finished::Picture;
@@ -193,9 +193,10 @@ pub fn directional_csv(tensors: &[(&str, &Stiffness)]) -> Result<String> {
     for (panel, (right, up, ..)) in PLANES.iter().enumerate() {
         for step in 0..DIRECTIONS {
             let angle = 360.0 * step as f64 / DIRECTIONS as f64;
-            let mut row =
-                vec![("plane".to_string(), format!("{right}{up}")), ("angle (deg)".into(), angle.to_string())];
-            row.extend(columns.iter().zip(&curves).map(|(name, curve)| (name.clone(), curve[panel][step].to_string())));
+            let mut row: FlatRow =
+                vec![("plane".into(), format!("{right}{up}").into()), ("angle (deg)".into(), angle.to_string().into())];
+            let values = curves.iter().map(|curve| curve[panel][step].to_string().into());
+            row.extend(columns.iter().cloned().zip(values));
             rows.push(row);
         }
     }

@@ -160,20 +160,37 @@ impl<S: Subject> Run<S> {
         let folder = options.folder;
         let checkpoints = Checkpoints::in_folder(folder);
         let probes = folder.join("probes.csv");
-        if options.resume && checkpoints.exist() {
-            return Run::resume(prepare()?, checkpoints, options);
-        }
-        if options.resume {
-            return Err(Error::input(
-                format!("{} has no checkpoint to resume from", folder.display()),
-                "leave --resume out, to start anew",
-            ));
-        }
-        if checkpoints.exist() || probes.exists() {
-            return Err(Error::input(
-                format!("{} already has results of a run", folder.display()),
-                "go on with --resume, or give another folder",
-            ));
+        match (options.resume, checkpoints.exist()) {
+            (true, true) => return Run::resume(prepare()?, checkpoints, options),
+            // The summary is written when a run ends, before its checkpoints are removed.
+            (_, false) if folder.join("summary.json").exists() => {
+                return Err(Error::input(
+                    format!("{} already has results of a run, and it is finished", folder.display()),
+                    "give another folder for a new one; in Python, open_run opens it",
+                ));
+            }
+            (_, false) if probes.exists() => {
+                return Err(Error::input(
+                    format!(
+                        "{} already has results of a run, which ended before its first checkpoint",
+                        folder.display()
+                    ),
+                    "give another folder, or remove this one, to start anew",
+                ));
+            }
+            (true, false) => {
+                return Err(Error::input(
+                    format!("{} has no checkpoint to resume from", folder.display()),
+                    "leave --resume (resume=True) out, to start anew",
+                ));
+            }
+            (false, true) => {
+                return Err(Error::input(
+                    format!("{} already has results of a run, which is not finished", folder.display()),
+                    "go on with --resume (resume=True), or give another folder",
+                ));
+            }
+            (false, false) => {}
         }
         let simulation = prepare()?;
         std::fs::create_dir_all(folder).map_err(|e| Error::file("create", folder, e))?;
@@ -280,7 +297,7 @@ impl<S: Subject> Run<S> {
 
     fn how_to_go_on(&self) -> String {
         format!(
-            "step {} of {} is done and kept in {}; run the same command with --resume to go on",
+            "step {} of {} is done and kept in {}; the same again with --resume (resume=True) goes on",
             self.simulation.step(),
             self.simulation.steps(),
             self.folder.display()

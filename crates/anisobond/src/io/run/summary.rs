@@ -1,6 +1,6 @@
 //! What a run comes to, as one JSON document.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::experiment::{
     CellState, CrackPath, Leavers, Ledger, PackingEvidence, PackingSimulation, Peak, RegionEvidence, Simulation,
@@ -12,7 +12,7 @@ use crate::solver::SolverReport;
 const MOST_CRACKS: usize = 10;
 
 /// The end of a run.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RunSummary {
     /// Name of the case.
     pub case: String,
@@ -39,7 +39,7 @@ pub struct RunSummary {
     /// Cracks that have grown, the longest first, ten at most.
     pub cracks: Vec<CrackPath>,
     /// What a packing's run has besides; `None` of a grid.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub packing: Option<PackingSummary>,
     /// Seconds of wall time, all sessions together.
     pub seconds: f64,
@@ -48,7 +48,7 @@ pub struct RunSummary {
 }
 
 /// What a packing's run comes to besides.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct PackingSummary {
     /// The lattice, by region.
     pub lattice: Vec<PackingEvidence>,

@@ -13,7 +13,7 @@ use std::time::Duration;
 use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, params};
 use serde_json::Value as Json;
 
-use super::super::flat::{FlatRow, columns, csv_of, header};
+use super::super::flat::{FlatRow, FlatTable, columns, header, text_of};
 use super::super::words::{quoted, suggestion};
 use super::table::ParameterTable;
 use crate::{Error, Result};
@@ -428,14 +428,12 @@ impl Store {
         Ok(Counts { all, done, failed })
     }
 
-    /// A CSV table in the order of the parameter table: `id`, `title`, `state`, the parameters, the numbers and words of
-    /// the results under dotted names (with `result.` before a name that a parameter has too), and `error`.
+    /// The table of [`Store::table`] as CSV text.
     ///
     /// # Errors
     /// A store that cannot be read.
     pub fn csv(&self) -> Result<String> {
-        let (header, rows) = self.flat()?;
-        csv_of(&header, &rows)
+        self.table()?.csv()
     }
 
     /// Writes the CSV table, whole or not at all.
@@ -456,19 +454,25 @@ impl Store {
 
     /// The same, each with its value of a third column.
     pub(super) fn grouped_points(&self, x: &str, y: &str, by: Option<&str>) -> Result<Vec<(String, [f64; 2])>> {
-        let (header, rows) = self.flat()?;
-        let names: Vec<&str> = header.iter().map(String::as_str).collect();
+        let table = self.table()?;
+        let names: Vec<&str> = table.header.iter().map(String::as_str).collect();
         if let Some(name) = [x, y].into_iter().chain(by).find(|name| !names.contains(name)) {
             return Err(Error::input(format!("there is no column {}", quoted(name)), suggestion(name, &names)));
         }
-        let text = |row: &FlatRow, name: &str| row.iter().find(|(own, _)| own == name).map(|(_, text)| text.clone());
+        let text = |row: &FlatRow, name: &str| {
+            row.iter().find(|(own, _)| own == name).map(|(_, value)| text_of(value).into_owned())
+        };
         let number = |row: &FlatRow, name: &str| text(row, name)?.parse::<f64>().ok().filter(|x| x.is_finite());
         let group = |row: &FlatRow| by.and_then(|by| text(row, by)).unwrap_or_default();
-        Ok(rows.iter().filter_map(|row| Some((group(row), [number(row, x)?, number(row, y)?]))).collect())
+        Ok(table.rows.iter().filter_map(|row| Some((group(row), [number(row, x)?, number(row, y)?]))).collect())
     }
 
-    /// The header of the CSV table and its rows.
-    fn flat(&self) -> Result<(Vec<String>, Vec<FlatRow>)> {
+    /// A row per job in the order of the parameter table: `id`, `title`, `state`, the parameters, the numbers and words of
+    /// the results under dotted names (with `result.` before a name that a parameter has too), and `error`.
+    ///
+    /// # Errors
+    /// A store that cannot be read.
+    pub fn table(&self) -> Result<FlatTable> {
         let records = self.records()?;
         let parameters: Vec<_> = records.iter().map(|record| columns(&record.parameters)).collect();
         let mut names: Vec<String> = ["id", "title", "state"].map(String::from).to_vec();
@@ -488,16 +492,16 @@ impl Store {
         names.push("error".into());
         let rows = records.into_iter().zip(parameters).zip(results).map(|((record, parameters), results)| {
             let mut row = vec![
-                ("id".to_string(), record.id),
-                ("title".into(), record.title),
+                ("id".to_string(), Json::from(record.id)),
+                ("title".into(), record.title.into()),
                 ("state".into(), record.state.name().into()),
             ];
             row.extend(parameters.into_iter().map(|(name, value)| (parameter(&name), value)));
             row.extend(results);
-            row.extend(record.message.map(|message| ("error".to_string(), message)));
+            row.extend(record.message.map(|message| ("error".to_string(), message.into())));
             row
         });
-        Ok((names, rows.collect()))
+        Ok(FlatTable { header: names, rows: rows.collect() })
     }
 }
 

@@ -1,6 +1,6 @@
 //! Preconditioned conjugate gradients on a grid.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::free_modes::FreeModes;
 use super::preconditioner::Preconditioner;
@@ -13,7 +13,7 @@ use crate::solver::Stopping;
 const PATIENCE: usize = 500;
 
 /// How an equilibrium solve ended.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Ending {
     /// The residual met the tolerance.
     Converged,
@@ -34,7 +34,7 @@ pub enum Ending {
 }
 
 /// How a solve went.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GridSolverReport {
     /// Iterations.
     pub iterations: usize,
