@@ -87,9 +87,13 @@ function showPage() {
   show(JSON.parse(document.getElementById("data").textContent));
 }
 
+// Pictures are drawn anew when the background changes.
+const themeChanged = () => dispatchEvent(new Event("theme"));
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", themeChanged);
 document.getElementById("theme").addEventListener("click", () => {
   const root = document.documentElement;
   const dark = root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
   root.dataset.theme = dark ? "light" : "dark";
+  themeChanged();
 });
 
