@@ -6,8 +6,11 @@
 
 mod charts;
 mod facts;
+mod labels;
+mod numbers;
 mod scene;
 mod table;
+mod tensors;
 
 use std::path::Path;
 
@@ -17,8 +20,10 @@ use serde::Serialize;
 use serde_json::Value;
 
 use self::charts::Chart;
+use self::facts::Section;
 use self::scene::Scene;
 use self::table::{Columns, TablePart};
+use self::tensors::Tensor;
 use super::bonds::{BondModuli, BondTable, bonds_csv};
 use super::model_report::ModelReport;
 use super::tree::read_text;
@@ -34,7 +39,7 @@ struct Page {
     version: &'static str,
     warnings: Vec<String>,
     /// Sections of labels and values.
-    facts: Vec<(String, Vec<(String, Value)>)>,
+    facts: Vec<Section>,
     tensors: Vec<Tensor>,
     /// Density (kg/m³), for wave speeds.
     density: Option<f64>,
@@ -44,13 +49,6 @@ struct Page {
     cracks: Vec<Chart>,
     pictures: Vec<Picture>,
     table: Option<TablePart>,
-}
-
-#[derive(Serialize)]
-struct Tensor {
-    name: String,
-    /// Pa.
-    voigt: Vec<Vec<f64>>,
 }
 
 #[derive(Serialize)]
@@ -130,7 +128,6 @@ pub fn calibration_page_data(
     let report = serde_json::to_value(report).map_err(|e| Error::file("write", "the report", e.into()))?;
     let bonds = Columns::parse(&bonds_csv(neighbourhood, moduli, &material.name)?)?;
     json(&Page {
-        density: material.density,
         scene: Some(scene::neighbourhood(&BondTable::new(neighbourhood, moduli)?)),
         table: Some(bonds.part("Bonds")),
         ..of_report(&material.name, CALIBRATION, &report)
@@ -150,14 +147,15 @@ pub fn studio_page(start: &Value) -> String {
 
 /// What any report says of itself.
 fn of_report(title: &str, kind: &'static str, report: &Value) -> Page {
+    let tensors = tensors::tensors(report);
     Page {
         title: title.into(),
         kind,
         version: env!("CARGO_PKG_VERSION"),
-        warnings: facts::warnings(report),
+        warnings: tensors::warnings(report, &tensors),
         facts: facts::sections(report),
-        tensors: facts::tensors(report),
-        density: facts::density(report),
+        tensors,
+        density: report["density"].as_f64().filter(|d| *d > 0.0),
         ..Page::default()
     }
 }

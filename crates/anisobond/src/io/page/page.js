@@ -71,7 +71,7 @@ function show(page) {
   if (first) pictures();
   const facts = data.facts.map(([title, facts]) => make("div", {}, make("h3", {}, title), factTable(facts)));
   const warnings = data.warnings.map((w) => make("p", { class: "warning" }, w));
-  if (facts.length || warnings.length) section("facts", "What was asked, what was reached", ...warnings, make("div", { class: "facts" }, facts), make("p", { class: "hint" }, "SI units (m, s, kg, Pa, N/m, J; micromoduli N/m⁶); horizons and semi-axes in spacings."));
+  if (facts.length || warnings.length) section("facts", "What was asked, what was reached", ...warnings, make("div", { class: "facts" }, facts));
   tensors();
   if (!first) pictures();
   waves();
