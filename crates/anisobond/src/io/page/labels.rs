@@ -37,6 +37,25 @@ pub(super) enum Unit {
     Hidden,
 }
 
+impl Unit {
+    /// Of numbers as they are, in brackets.
+    pub fn symbol(self) -> String {
+        let unit = match self {
+            Unit::Percent => "–",
+            Unit::Stress => "Pa",
+            Unit::Distance => "m",
+            Unit::Time => "s",
+            Unit::Energy => "J",
+            Unit::Spring => "N/m",
+            Unit::Modulus => "N/m⁶",
+            Unit::Speed => "m/s",
+            Unit::Plain(unit) => unit,
+            Unit::Number | Unit::Count | Unit::Phases | Unit::Perhaps | Unit::Hidden => return String::new(),
+        };
+        format!(" ({unit})")
+    }
+}
+
 /// Ends of paths of keys, their words and units. The longest end that fits counts.
 #[rustfmt::skip]
 const LABELS: &[(&str, &str, Unit)] = &[
