@@ -35,12 +35,12 @@ const size = (points) => points.reduce((m, p) => Math.max(m, Math.abs(p[1])), 0)
 
 /** Charts side by side, and in words what has nothing to draw: what is zero, or rounding beside others of its unit. */
 function drawnCharts(charts, id) {
-  const sizes = {}, flat = [], drawn = [];
-  for (const { y, series } of charts) for (const s of series) sizes[unitOf(y)] = Math.max(sizes[unitOf(y)] || 0, size(finite(s.points)));
+  const sizes = {}, flat = [], drawn = [], kind = (c) => `${c.panel} ${unitOf(c.y)}`;
+  for (const c of charts) for (const s of c.series) sizes[kind(c)] = Math.max(sizes[kind(c)] || 0, size(finite(s.points)));
   for (const c of charts) {
-    const scale = sizes[unitOf(c.y)] || 0;
+    const scale = sizes[kind(c)] || 0;
     const zero = (s) => size(finite(s.points)) <= ROUNDING * scale, [lines, zeros] = [c.series.filter((s) => !zero(s)), c.series.filter(zero)];
-    const whole = parted(c.title)[0], name = (s) => (c.series.length > 1 ? `${whole}, ${s.name}` : whole);
+    const whole = (c.panel ? `${c.panel}: ` : "") + parted(c.title)[0], name = (s) => (c.series.length > 1 ? `${whole}, ${s.name}` : whole);
     flat.push(...(lines.length ? zeros.map(name) : [whole]));
     if (lines.length) drawn.push(chart({ ...c, series: lines }, scale));
   }
@@ -49,13 +49,13 @@ function drawnCharts(charts, id) {
   return parts;
 }
 
-function chart({ title, x, y, series, note }, shared) {
+function chart({ panel, title, x, y, series, note }, shared) {
   const points = series.flatMap((s) => finite(s.points));
   const extent = (k) => points.reduce(([low, high], p) => [Math.min(low, p[k]), Math.max(high, p[k])], [Infinity, -Infinity]);
   let [x0, x1] = extent(0), [y0, y1] = extent(1);
   if (x0 === x1) { x0 -= Math.abs(x0) || 1; x1 += Math.abs(x1) || 1; }
   const [ex, titleX] = scaled(x, Math.max(Math.abs(x0), Math.abs(x1))), [ey, titleY] = scaled(y, Math.max(Math.abs(y0), Math.abs(y1)), shared);
-  const words = [parted(title)[0]], steady = y1 - y0 <= ROUNDING * Math.max(Math.abs(y0), Math.abs(y1));
+  const words = [...(panel ? [panel] : []), parted(title)[0]], steady = y1 - y0 <= ROUNDING * Math.max(Math.abs(y0), Math.abs(y1));
   if (steady) { words.push(`always ${shown(y1 / 10 ** ey)} ${unitOf(titleY)}`); y0 -= 0.5 * Math.abs(y0); y1 += 0.5 * Math.abs(y1); if (y0 > y1) [y0, y1] = [y1, y0]; }
   if (note) words.push(note);
   const W = 480, H = 290, L = 58, B = 44, T = 12, R = 14;

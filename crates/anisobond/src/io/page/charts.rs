@@ -10,6 +10,8 @@ pub(super) const MOST_LINES: usize = 12;
 /// Lines over a common x.
 #[derive(Serialize)]
 pub(super) struct Chart {
+    /// What the charts have in common that may be compared in size; empty if all may.
+    pub panel: String,
     pub title: String,
     pub x: String,
     pub y: String,
@@ -90,7 +92,8 @@ pub(super) fn history(probes: &Columns) -> Vec<Chart> {
             Some(chart) => chart.series.push(series),
             None => {
                 let note = String::new();
-                charts.push(Chart { x: axis(time), y: title.clone(), title, series: vec![series], note });
+                let (x, y, panel) = (axis(time), title.clone(), String::new());
+                charts.push(Chart { panel, x, y, title, series: vec![series], note });
             }
         }
     }
@@ -121,7 +124,8 @@ pub(super) fn cracks(tips: &Columns) -> Vec<Chart> {
         let y = tips.column(column)?;
         let line = |&n: &u64| Series { name: format!("tip {n}"), points: tips.points(0, y, |row| number(row) == n) };
         let series = known.iter().map(line).filter(|s| s.points.len() > 1).collect();
-        let chart = Chart { title: title.into(), x: axis(time), y: axis(column), series, note: String::new() };
+        let (panel, note) = (String::new(), String::new());
+        let chart = Chart { panel, title: title.into(), x: axis(time), y: axis(column), series, note };
         chart.has_lines().then(|| chart.shortened())
     };
     let columns = [("length_m", "Length of the crack up to each tip"), ("speed_m_s", "Speed of the tips")];

@@ -245,7 +245,7 @@ const LABELS: &[(&str, &str, Unit)] = &[
     ("peak.differential", "largest differential stress", Stress),
     ("peak.stress", "axial stress then", Stress),
     ("peak.strain", "axial strain then", Percent),
-    ("peak.time", "at", Time),
+    ("peak.time", "time then", Time),
     ("cracks.length", "length", Distance),
     ("cracks.nodes", "nodes", Count),
     ("cracks.direction", "along", Number),

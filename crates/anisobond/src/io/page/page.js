@@ -52,7 +52,7 @@ function factTable(facts) {
 }
 
 /** Rows and columns of a table that are printed. */
-const PRINTED = [40, 9];
+const PRINTED = [40, 12];
 
 function tableSection({ title, columns, rows, all, without }) {
   const note = [rows.length < all ? `The first ${rows.length} of ${all} rows.` : `${all} rows.`];

@@ -67,8 +67,8 @@ pub(super) fn sweep(results: &Columns) -> (Vec<Chart>, String) {
                 }
             }
         }
-        let place = if panel.name.is_empty() { title.into() } else { format!("{}: {title}", panel.name) };
-        Chart { title: place, x: axis(&results.names[x]), y: title.into(), series, note: String::new() }
+        let (x, y) = (axis(&results.names[x]), title.to_string());
+        Chart { panel: panel.name.clone(), title: title.into(), x, y, series, note: String::new() }
     };
     let known: Vec<(&str, Vec<usize>)> = MEASURED
         .iter()
@@ -77,7 +77,7 @@ pub(super) fn sweep(results: &Columns) -> (Vec<Chart>, String) {
         .collect();
     let drawn = |what: &[(&str, Vec<usize>)]| -> Vec<Chart> {
         let all = panels.iter().flat_map(|panel| what.iter().map(|(title, columns)| chart(title, columns, panel)));
-        all.filter(Chart::has_lines).map(Chart::shortened).collect()
+        together(all.filter(Chart::has_lines).map(Chart::shortened), panels.len())
     };
     let mut charts = drawn(&known);
     if charts.is_empty() {
@@ -112,6 +112,28 @@ pub(super) fn asked(results: &Columns) -> Vec<Section> {
     let mut facts: Vec<(String, String)> = varied.into_iter().chain(fixed).map(|(n, v)| (n, v.join(", "))).collect();
     facts.push(("jobs".into(), results.rows.len().to_string()));
     vec![("What was asked".into(), facts)]
+}
+
+/// Charts with the same lines as one, under the names of all their panels, or none if it is all of them.
+fn together(charts: impl Iterator<Item = Chart>, panels: usize) -> Vec<Chart> {
+    let mut out: Vec<(Vec<String>, Chart)> = Vec::new();
+    for chart in charts {
+        let same = |other: &Chart| {
+            let lines = || other.series.iter().zip(&chart.series);
+            other.title == chart.title
+                && other.series.len() == chart.series.len()
+                && lines().all(|(a, b)| a.name == b.name && equal(&a.points, &b.points))
+        };
+        match out.iter_mut().find(|(_, known)| same(known)) {
+            Some((names, _)) => names.push(chart.panel),
+            None => out.push((vec![chart.panel.clone()], chart)),
+        }
+    }
+    let named = |(names, chart): (Vec<String>, Chart)| {
+        let panel = if names.len() == panels { String::new() } else { names.join("; ") };
+        Chart { panel, ..chart }
+    };
+    out.into_iter().map(named).collect()
 }
 
 /// Whether two lines are the same to rounding.
@@ -173,25 +195,31 @@ fn parameters(results: &Columns) -> Option<(usize, Vec<Panel>)> {
 mod tests {
     use super::*;
 
-    const RESULTS: &str = "id,title,state,contact_radius,model,strain,measured.c11,measured.c22,relative_error\n\
-                           a,\"contact_radius=1.5, model=central, strain=0\",done,1.5,central,0,5,5,0.1\n\
-                           b,\"contact_radius=1.4, model=central, strain=0\",done,1.4,central,0,3,3,0.2\n\
-                           c,\"contact_radius=1.4, model=hybrid, strain=0\",done,1.4,hybrid,0,100,200,0\n\
-                           d,\"contact_radius=1.5, model=hybrid, strain=0\",done,1.5,hybrid,0,100,200,0\n\
-                           e,\"contact_radius=1.4, model=central, strain=1\",done,1.4,central,1,1,2,0.3\n\
-                           f,\"contact_radius=1.5, model=central, strain=1\",done,1.5,central,1,1,2,0.4\n";
+    const RESULTS: &str = "id,title,state,contact_radius,model,strain,measured.c11,measured.c22,relative_error,coordination\n\
+                           a,\"contact_radius=1.5, model=central, strain=0\",done,1.5,central,0,5,5,0.1,11\n\
+                           b,\"contact_radius=1.4, model=central, strain=0\",done,1.4,central,0,3,3,0.2,9\n\
+                           c,\"contact_radius=1.4, model=hybrid, strain=0\",done,1.4,hybrid,0,100,200,0,9\n\
+                           d,\"contact_radius=1.5, model=hybrid, strain=0\",done,1.5,hybrid,0,100,200,0,11\n\
+                           e,\"contact_radius=1.4, model=central, strain=1\",done,1.4,central,1,1,2,0.3,9\n\
+                           f,\"contact_radius=1.5, model=central, strain=1\",done,1.5,central,1,1,2,0.4,11\n\
+                           g,\"contact_radius=1.4, model=hybrid, strain=1\",done,1.4,hybrid,1,50,60,0.1,9\n\
+                           h,\"contact_radius=1.5, model=hybrid, strain=1\",done,1.5,hybrid,1,50,60,0.1,11\n";
 
     #[test]
     fn texts_have_charts_of_their_own_and_equal_lines_are_one() {
         let (charts, note) = sweep(&Columns::parse(RESULTS).unwrap());
         let lines = |n: usize| charts[n].series.iter().map(|s| s.name.as_str()).collect::<Vec<_>>();
-        let titles: Vec<&str> = charts.iter().map(|c| c.title.as_str()).collect();
+        let titles: Vec<String> = charts.iter().map(|c| format!("{}: {}", c.panel, c.title)).collect();
         let stiffness = "measured stiffness, normal (Pa)";
         let error = "distance from prescribed (–)";
-        let expected = ["central", "hybrid"].map(|m| [format!("{m}: {stiffness}"), format!("{m}: {error}")]).concat();
-        assert_eq!((titles, note.as_str()), (expected.iter().map(String::as_str).collect(), ""));
+        let mut expected =
+            ["central", "hybrid"].map(|m| [format!("{m}: {stiffness}"), format!("{m}: {error}")]).concat();
+        // The same for both models.
+        expected.insert(2, ": bonds per sphere (–)".into());
+        assert_eq!((titles, note.as_str()), (expected, ""));
         assert_eq!(lines(0), ["C11, strain 0 = C22, strain 0", "C11, strain 1", "C22, strain 1"]);
-        assert_eq!(lines(2), ["C11, strain 0", "C22, strain 0"]);
+        assert_eq!(lines(2), ["strain 0 = strain 1"]);
+        assert_eq!(lines(3), ["C11, strain 0", "C22, strain 0", "C11, strain 1", "C22, strain 1"]);
         assert_eq!(charts[0].series[0].points, [[1.4, 3.0], [1.5, 5.0]]);
         let (none, why) = sweep(&Columns::parse("id,title\n").unwrap());
         assert!(none.is_empty() && why.contains("nothing to draw"));

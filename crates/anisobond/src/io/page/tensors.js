@@ -53,8 +53,8 @@ function diverging(t) {
   return s < 0 ? `rgba(178, 80, 40, ${a})` : `rgba(40, 105, 175, ${a})`;
 }
 
-/** Digits after the point of numbers that have five digits where they are largest. */
-const decimals = (largest) => Math.max(0, 4 - Math.max(0, Math.floor(Math.log10(largest))));
+/** Digits after the point: five digits in all where numbers are largest, three after the point at most. */
+const decimals = (largest) => Math.max(0, Math.min(3, 4 - Math.floor(Math.log10(largest))));
 
 function heatMap(name, voigt, largest, [size, unit]) {
   const cell = 56, svg = make("svg", { viewBox: `0 0 ${6 * cell + 30} ${6 * cell + 24}`, role: "img", "aria-label": `${name} in ${unit}` });
@@ -133,7 +133,7 @@ function surfaces() {
   if (!all.length) return;
   const title = "Young’s modulus by direction", without = all.filter((t) => !t.positive);
   if (without.length) {
-    section("young", title, make("p", { class: "warning" }, `Not drawn: ${without.map((t) => `“${t.name}”`).join(" and ")} has a Kelvin modulus that is not positive, so that it has no compliance, and Young’s modulus is zero or nothing in some directions.`));
+    section("young", title, make("p", { class: "warning" }, `Not drawn: ${without.map((t) => `“${t.name}”`).join(" and ")} has a Kelvin modulus that is not positive, so that there is no compliance to take Young’s modulus from.`));
     return;
   }
   const R = 72, C = 144, along = (i, j) => {

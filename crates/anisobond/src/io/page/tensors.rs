@@ -77,7 +77,7 @@ pub(super) fn warnings(report: &Value, tensors: &[Tensor]) -> Vec<String> {
         let weakest = report["smallest_eigenvalue"].as_f64();
         let words = weakest
             .map_or(String::new(), |e| format!(": the smallest eigenvalue of its waves is {}", quantities(&[e], "Pa")));
-        out.push(format!("Not stable{words}. A wave or a displacement of negative energy grows without a load."));
+        out.push(format!("Not stable{words}. Some displacement has no energy, or a negative one."));
     }
     for region in report["regions"].as_array().into_iter().flatten().filter(|r| r["stable"] == false) {
         out.push(format!("Region {} is not stable.", region["name"].as_str().unwrap_or_default()));
