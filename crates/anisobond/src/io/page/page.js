@@ -83,7 +83,7 @@ function show(page) {
   if (first) pictures();
   const facts = data.facts.map(([title, facts]) => make("div", {}, make("h3", {}, title), factTable(facts)));
   const warnings = data.warnings.map((w) => make("p", { class: "warning" }, w));
-  const typed = data.command ? [make("p", {}, make("code", {}, data.command))] : [];
+  const typed = data.command && !first ? [make("p", {}, make("code", {}, data.command))] : [];
   if (facts.length || warnings.length) section("facts", "What was asked, what was reached", ...warnings, ...typed, make("div", { class: "facts" }, facts));
   tensors();
   if (!first) pictures();

@@ -151,8 +151,8 @@ const pictures = {};
 /** Whether the background is dark. */
 const isDark = () => getComputedStyle(document.documentElement).colorScheme === "dark";
 
-/** Pixels of a picture on paper, where it is 16 × 9 cm. */
-const PAPER = [1600, 900];
+/** Pixels of a picture on paper, where it is 16 × 9 cm: lines are one pixel wide. */
+const PAPER = [1120, 630];
 let printing = false;
 const redrawAll = () => { for (const p of Object.values(pictures)) p.redraw(); };
 // Paper is drawn for before its layout is known. A copy is printed: what WebGL draws appears only with the screen's next frame.
