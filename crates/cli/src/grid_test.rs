@@ -1,13 +1,14 @@
 //! `anisobond element-test --grid`: the element test of a cell of a grid.
 
 use anisobond::calibration::{Model, ModelCalibrator};
-use anisobond::experiment::element_test::Rotations;
+use anisobond::experiment::element_test::{ElementTest, Rotations};
 use anisobond::experiment::{Correction, GridStudy};
 use anisobond::io::{self, GridTestReport};
 use anisobond::operator::GridCell;
 use anisobond::{Error, Result};
 
 use crate::lattice::{components, describe_correction, directional, model, model_name};
+use crate::waiting::watched;
 use crate::{Ending, args, calibrate, folder, report, text};
 
 pub fn run(args: &args::ElementTest, rotations: Rotations) -> Result<Ending> {
@@ -20,12 +21,16 @@ pub fn run(args: &args::ElementTest, rotations: Rotations) -> Result<Ending> {
     let material = io::find_material(&args.material, None, None)?;
     let neighbourhood = calibrate::neighbourhood(&args.neighbourhood)?;
     let test = GridStudy::usual_test(rotations);
-    let correction = args.bonds.correct.map(|_| Correction { test, ..Correction::default() });
     let model = model(args.bonds.model, Model::Central);
     let cell = cell(&args.grid)?;
     let calibrator = ModelCalibrator::new(&neighbourhood, GridStudy::settings(model, rotations))?;
-    let study = GridStudy::new(&calibrator, cell, &material.stiffness, correction.as_ref())?;
-    let result = study.test(&test)?;
+    let (study, result) = watched(|watch| {
+        let test = ElementTest { watch: watch.clone(), ..test };
+        let correction = args.bonds.correct.map(|_| Correction { test: test.clone(), ..Correction::default() });
+        let study = GridStudy::new(&calibrator, cell, &material.stiffness, correction.as_ref())?;
+        let result = study.test(&test)?;
+        Ok((study, result))
+    })?;
     let report = GridTestReport::new(&material, &calibrator, &study, &result);
     if let Some(folder) = &args.output {
         let [i, j, k] = report.cell.places;

@@ -14,6 +14,7 @@ use anisobond::io::{self, ElementTestReport, LatticeReport, picture};
 use anisobond::tensor::{Material, Stiffness};
 use nalgebra::{Matrix6, Vector3};
 
+use crate::waiting::watched;
 use crate::{Ending, args, folder, grid_test, report, text};
 
 pub fn run(args: &args::Lattice) -> Result<Ending> {
@@ -37,12 +38,14 @@ pub fn test(args: &args::ElementTest) -> Result<Ending> {
     let (material, study) = study(packing, &args.material, &args.bonds, rotations)?;
     let report = match args.method {
         args::MethodName::Static => {
-            let result = ElementTest { rotations, ..ElementTest::default() }.run(&study.network())?;
+            let test = ElementTest { rotations, ..ElementTest::default() };
+            let result = watched(|watch| ElementTest { watch: watch.clone(), ..test }.run(&study.network()))?;
             ElementTestReport::of_static(&material, &study, &result)?
         }
         args::MethodName::Dynamic => {
             let test = DynamicTest { rotations, strain: args.strain, ..DynamicTest::default() };
-            ElementTestReport::of_dynamic(&material, &study, &test.run(&study.network())?)?
+            let result = watched(|watch| DynamicTest { watch: watch.clone(), ..test }.run(&study.network()))?;
+            ElementTestReport::of_dynamic(&material, &study, &result)?
         }
     };
     if let Some(folder) = &args.output {
@@ -98,12 +101,12 @@ pub fn model(name: Option<args::LatticeModelName>, default: Model) -> Model {
     }
 }
 
-fn plan(args: &args::BondArgs, rotations: Rotations) -> LatticePlan {
+fn plan(args: &args::BondArgs, test: ElementTest) -> LatticePlan {
     let correct = args.correct.map(|name| match name {
         args::CorrectName::Elliptic => CorrectionChoice::Elliptic,
         args::CorrectName::General => CorrectionChoice::General,
     });
-    LatticePlan::new(model(args.model, Model::Micropolar), correct, rotations)
+    LatticePlan::new(model(args.model, Model::Micropolar), correct, test)
 }
 
 fn study(
@@ -122,8 +125,10 @@ fn study(
         material.stiffness = turned_to_axis(&material.stiffness, &axis)?;
     }
     let axis = anisotropy_axis(&material.stiffness);
-    let plan = plan(args, rotations);
-    let study = LatticeStudy::planned(packing, &material.stiffness, &axis, args.contact_radius, &plan)?;
+    let study = watched(|watch| {
+        let plan = plan(args, ElementTest { rotations, watch: watch.clone(), ..ElementTest::default() });
+        LatticeStudy::planned(packing, &material.stiffness, &axis, args.contact_radius, &plan)
+    })?;
     if let Some(fit) = study.fit
         && fit.distance > 1e-6
     {

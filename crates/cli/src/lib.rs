@@ -26,6 +26,7 @@ mod table;
 mod tensor;
 mod text;
 mod verify;
+mod waiting;
 
 use std::ffi::OsString;
 

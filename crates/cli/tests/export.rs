@@ -376,9 +376,49 @@ fn what_cannot_be_exported_is_refused() {
     stdout(&["calibrate", "Te2W", "--horizon", "3", "--model", "hybrid", "-o", &path("hybrid")]);
     refused(&["export", &path("hybrid"), "--to", "lammps"], &["nodal term", "central"]);
     stdout(&["calibrate", "Si", "--horizon", "3", "-o", &path("si")]);
-    refused(&["export", &path("si"), "--to", "lammps", "--nodes", "6"], &["[6, 6, 6]", "at least 7"]);
+    refused(&["export", &path("si"), "--to", "lammps", "--nodes", "6"], &["[6, 6, 6]", "at least 7,7,7"]);
     refused(&["export", &path("si"), "--to", "lammps", "--nodes", "a"], &["--nodes a", "8,8,6"]);
     refused(&["export", &path("nowhere"), "--to", "lammps"], &["holds no bonds", "calibrate -o"]);
     refused(&["export", &path("si"), "--to", "ansys"], &["ansys", "lammps"]);
     assert!(!folder.path().join("si/lammps").exists());
+}
+
+/// A block is as wide as bonds reach along each axis, no wider.
+#[test]
+fn blocks_are_as_wide_as_bonds_reach() {
+    let folder = folder();
+    let dir = folder.path().join("long").display().to_string();
+    stdout(&["calibrate", "KIO3", "--shape", "cuboid", "--semi-axes", "1,1,4", "-o", &dir]);
+    stdout(&["export", &dir, "--to", "numpy"]);
+    let cell = floats(&folder.path().join("long/numpy/cell.npy"));
+    assert_eq!(cell, [4.0, 4.0, 10.0]);
+    refused(&["export", &dir, "--to", "numpy", "--nodes", "4,4,8"], &["at least 3,3,9"]);
+    // The sum over its bonds is still the tensor.
+    let arrays = folder.path().join("long/numpy");
+    let (branches, stiffness) = (floats(&arrays.join("branches.npy")), floats(&arrays.join("stiffness.npy")));
+    let pairs = branches.chunks(3).zip(stiffness.chunks(2));
+    let bonds: Bonds = pairs.map(|(l, k)| (Vector3::from_column_slice(l), k[0])).collect();
+    close(&summed(&bonds, cell.iter().product()), &expected(&arrays), 1e-9);
+}
+
+/// What an engine cannot come to rest with is said, or refused where it is solved for; what it wrote of an earlier export goes.
+#[test]
+fn mechanisms_and_stale_results_are_seen() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    // Bonds along the axes alone: no shear stiffness.
+    stdout(&["calibrate", "Spinel", "--horizon", "1", "-o", &path("axes")]);
+    refused(&["export", &path("axes"), "--to", "calculix"], &["mechanism"]);
+    let said = common::anisobond(&["export", &path("axes"), "--to", "lammps"]);
+    assert!(
+        said.status.success() && String::from_utf8_lossy(&said.stderr).contains("warning: the lattice is a mechanism")
+    );
+    stdout(&["calibrate", "KIO3", "--horizon", "2", "-o", &path("bonds")]);
+    stdout(&["export", &path("bonds"), "--to", "lammps"]);
+    let (measured, other) =
+        (folder.path().join("bonds/lammps/measured.csv"), folder.path().join("bonds/lammps/notes.txt"));
+    std::fs::write(&measured, "1").unwrap();
+    std::fs::write(&other, "mine").unwrap();
+    stdout(&["export", &path("bonds"), "--to", "lammps"]);
+    assert!(!measured.exists() && other.exists());
 }

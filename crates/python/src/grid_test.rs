@@ -1,6 +1,7 @@
 //! `grid_test`: the element test of a cell of a grid.
 
 use anisobond::calibration::ModelCalibrator;
+use anisobond::experiment::element_test::ElementTest;
 use anisobond::experiment::{Correction, CorrectionChoice, GridStudy};
 use anisobond::io::GridTestReport;
 use anisobond::operator::GridCell;
@@ -14,7 +15,7 @@ use crate::material::material as material_of;
 use crate::neighbourhood::{Neighbourhood, chosen};
 use crate::report::{Report, percent};
 use crate::stiffness::Stiffness;
-use crate::work::{OrRaise, background, raised, wrong};
+use crate::work::{OrRaise, iterated, raised, wrong};
 
 /// What an element test of a grid cell measured; made by `grid_test`.
 #[pyclass(frozen, extends = Report, module = "anisobond")]
@@ -115,14 +116,15 @@ fn cell_of(
 ///
 /// `nodes` is one number or three. `missing` is the share of nodes left out, `displaced` the largest displacement of a node
 /// along each axis (spacings), `voids` a radius (spacings) of a void in the middle, or rows (x, y, z, radius). `correct`
-/// brings the measured tensor to the target. The bonds are those of a `Neighbourhood`, or of its keywords.
+/// brings the measured tensor to the target. The bonds are those of a `Neighbourhood`, or of its keywords. `progress` is
+/// True, a callable (done, total, message), or tqdm: iterations of the solver, of which no total is known.
 ///
 /// >>> test = grid_test("KIO3", 5, model="hybrid", horizon=2)
 /// >>> test.error < 1e-8 and test.target_error < 1e-8
 /// True
 #[pyfunction]
 #[pyo3(signature = (material, nodes, neighbourhood=None, *, model="central", correct=None, rotations="free", missing=0.0,
-                    displaced=0.0, voids=None, seed=0, **keywords))]
+                    displaced=0.0, voids=None, seed=0, progress=None, **keywords))]
 #[allow(clippy::too_many_arguments)] // They are keywords.
 pub fn grid_test<'py>(
     py: Python<'py>,
@@ -136,6 +138,7 @@ pub fn grid_test<'py>(
     displaced: f64,
     voids: Option<&Bound<'py, PyAny>>,
     seed: u64,
+    progress: Option<&Bound<'py, PyAny>>,
     keywords: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, GridTest>> {
     let rotations = convert::choice(rotations, "rotations", &ROTATIONS)?;
@@ -149,9 +152,9 @@ pub fn grid_test<'py>(
     let cell = cell_of(nodes_of(nodes)?, missing, displaced, voids, seed)?;
     // Refused here, before a thread is begun for it.
     material.stiffness.require_positive_definite().or_raise()?;
-    let report = background(py, move || {
-        let test = GridStudy::usual_test(rotations);
-        let correction = correct.map(|_| Correction { test, ..Correction::default() });
+    let report = iterated(py, progress, "grid test", move |watch| {
+        let test = ElementTest { watch: watch.clone(), ..GridStudy::usual_test(rotations) };
+        let correction = correct.map(|_| Correction { test: test.clone(), ..Correction::default() });
         let calibrator = ModelCalibrator::new(&grid, settings)?;
         let study = GridStudy::new(&calibrator, cell, &material.stiffness, correction.as_ref())?;
         let result = study.test(&test)?;

@@ -7,6 +7,7 @@ use anisobond::calibration::Model;
 use anisobond::experiment::element_test::{DynamicTest, ElementTest as Test, Rotations};
 use anisobond::experiment::{CorrectionChoice, LatticePlan, LatticeStudy, anisotropy_axis, turned_to_axis};
 use anisobond::io::{ElementTestReport, LatticeReport, lattice_files, write_files};
+use anisobond::solver::Watch;
 use anisobond::tensor::Material;
 use anisobond_cli::describe;
 use nalgebra::Vector3;
@@ -19,7 +20,7 @@ use crate::material::material as material_of;
 use crate::packing::packing as packing_of;
 use crate::report::{Report, number, percent, table};
 use crate::stiffness::Stiffness;
-use crate::work::{background, wrong};
+use crate::work::{background, iterated, wrong};
 
 /// Models of a lattice or a cell by their names.
 pub const MODELS: [(&str, Model); 3] =
@@ -34,17 +35,20 @@ struct Wish {
     packing: anisobond::lattice::Packing,
     axis: Option<Vector3<f64>>,
     contact_radius: f64,
-    plan: LatticePlan,
+    model: Model,
+    correct: Option<CorrectionChoice>,
 }
 
 impl Wish {
-    fn study(self) -> anisobond::Result<(Material, LatticeStudy)> {
+    /// The bonds; where they are corrected, by this test.
+    fn study(self, test: &Test) -> anisobond::Result<(Material, LatticeStudy)> {
         let mut material = self.material;
         if let Some(axis) = self.axis {
             material.stiffness = turned_to_axis(&material.stiffness, &axis)?;
         }
         let axis = anisotropy_axis(&material.stiffness);
-        let study = LatticeStudy::planned(self.packing, &material.stiffness, &axis, self.contact_radius, &self.plan)?;
+        let plan = LatticePlan::new(self.model, self.correct, test.clone());
+        let study = LatticeStudy::planned(self.packing, &material.stiffness, &axis, self.contact_radius, &plan)?;
         Ok((material, study))
     }
 }
@@ -66,6 +70,11 @@ pub fn correction_of(given: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Correc
     let choices = [("general", CorrectionChoice::General), ("elliptic", CorrectionChoice::Elliptic)];
     let word = given.extract::<String>().map_err(|_| wrong("correct is no word", "use True, general or elliptic"))?;
     convert::choice(&word, "correct", &choices).map(Some)
+}
+
+/// The usual element test under a watch.
+fn test_under(watch: &Arc<Watch>, rotations: Rotations) -> Test {
+    Test { rotations, watch: watch.clone(), ..Test::default() }
 }
 
 /// A packing with the stiffnesses of its bonds; made by `lattice`.
@@ -169,14 +178,17 @@ impl Lattice {
 ///
 /// Bonds are where |x₁ − x₂| ≤ contact_radius (r₁ + r₂). `axis` turns the material until its anisotropy axis lies along it:
 /// three numbers, or "strike-dip:270,25". `model` is central, micropolar or hybrid. `correct` (True or "general", or
-/// "elliptic") corrects the bonds by their own element test until the measured tensor is the target.
+/// "elliptic") corrects the bonds by their own element test until the measured tensor is the target. `progress` is True, a
+/// callable (done, total, message), or tqdm: iterations of these tests, of which no total is known.
 ///
 /// >>> rock = Stiffness.of(symmetry="transversely-isotropic", unit="MPa", c11=130, c33=55, c13=28, c12=40, c44=32.25, name="rock")
 /// >>> bonds = lattice(Packing.random(number=200, radius="30 mm", porosity=0.48, seed=1), rock, contact_radius=1.8)
 /// >>> bonds.normal.shape == bonds.tangential.shape == (len(bonds.pairs),)
 /// True
 #[pyfunction]
-#[pyo3(signature = (packing, material, *, contact_radius=1.8, axis=None, model="micropolar", correct=None))]
+#[pyo3(signature = (packing, material, *, contact_radius=1.8, axis=None, model="micropolar", correct=None,
+                    progress=None))]
+#[allow(clippy::too_many_arguments)] // They are keywords.
 pub fn lattice<'py>(
     py: Python<'py>,
     packing: &Bound<'py, PyAny>,
@@ -185,17 +197,18 @@ pub fn lattice<'py>(
     axis: Option<&Bound<'py, PyAny>>,
     model: &str,
     correct: Option<&Bound<'py, PyAny>>,
+    progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, Lattice>> {
-    let plan = LatticePlan::new(convert::choice(model, "model", &MODELS)?, correction_of(correct)?, Rotations::Free);
     let wish = Wish {
         material: material_of(material)?,
         packing: packing_of(packing)?,
         axis: axis.map(axis_of).transpose()?,
         contact_radius,
-        plan,
+        model: convert::choice(model, "model", &MODELS)?,
+        correct: correction_of(correct)?,
     };
-    let made = background(py, move || {
-        let (material, study) = wish.study()?;
+    let made = iterated(py, progress, "lattice", move |watch| {
+        let (material, study) = wish.study(&test_under(watch, Rotations::Free))?;
         let report = LatticeReport::new(&material, &study)?;
         Ok((material, study, report))
     })?;
@@ -266,7 +279,8 @@ impl ElementTest {
 /// Measure the stiffness of a packing's lattice, as `anisobond element-test`. For cells of a grid see `grid_test`.
 ///
 /// `method` is static (small strain, periodic homogenisation) or dynamic (servo-controlled to the logarithmic `strain`);
-/// `rotations` of the nodes are free or blocked. Other keywords as `lattice`.
+/// `rotations` of the nodes are free or blocked. Other keywords as `lattice`; `progress` counts iterations of the solver, or
+/// steps of the dynamic test.
 ///
 /// >>> p = Packing.crystal("fcc", radius="1 mm", cells=(2, 2, 2))
 /// >>> test = element_test(p, {"engineering": {"e": "10 GPa", "nu": 0.2}, "class": "isotropic"}, contact_radius=1.2)
@@ -274,7 +288,7 @@ impl ElementTest {
 /// ('cubic', True)
 #[pyfunction]
 #[pyo3(signature = (packing, material, *, contact_radius=1.8, axis=None, model="micropolar", correct=None,
-                    rotations="free", method="static", strain=-0.01))]
+                    rotations="free", method="static", strain=-0.01, progress=None))]
 #[allow(clippy::too_many_arguments)] // They are keywords.
 pub fn element_test<'py>(
     py: Python<'py>,
@@ -287,6 +301,7 @@ pub fn element_test<'py>(
     rotations: &str,
     method: &str,
     strain: f64,
+    progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, ElementTest>> {
     let rotations = convert::choice(rotations, "rotations", &ROTATIONS)?;
     let dynamic = convert::choice(method, "method", &[("static", false), ("dynamic", true)])?;
@@ -295,15 +310,16 @@ pub fn element_test<'py>(
         packing: packing_of(packing)?,
         axis: axis.map(axis_of).transpose()?,
         contact_radius,
-        plan: LatticePlan::new(convert::choice(model, "model", &MODELS)?, correction_of(correct)?, rotations),
+        model: convert::choice(model, "model", &MODELS)?,
+        correct: correction_of(correct)?,
     };
-    let report = background(py, move || {
-        let (material, study) = wish.study()?;
+    let report = iterated(py, progress, "element test", move |watch| {
+        let test = test_under(watch, rotations);
+        let (material, study) = wish.study(&test)?;
         if dynamic {
-            let test = DynamicTest { rotations, strain, ..DynamicTest::default() };
+            let test = DynamicTest { rotations, strain, watch: watch.clone(), ..DynamicTest::default() };
             return ElementTestReport::of_dynamic(&material, &study, &test.run(&study.network())?);
         }
-        let test = Test { rotations, ..Test::default() };
         ElementTestReport::of_static(&material, &study, &test.run(&study.network())?)
     })?;
     let summary =

@@ -1,11 +1,12 @@
 //! The command line, exports, pages, the documents' values, and settings of the process.
 
-use std::ffi::OsString;
+use std::ffi::{CString, OsString};
 use std::path::PathBuf;
 
-use anisobond::io::{self, BondedCell, Engine, report_page, write_atomically, write_files};
+use anisobond::io::{self, BondedCell, Engine, report_page, write_atomically};
 use anisobond::tensor::Material;
 use anisobond_cli::describe;
+use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -72,11 +73,16 @@ pub fn export(
     let folder = convert::path(folder)?;
     let nodes = nodes.map(nodes_of).transpose()?;
     let output = output.map_or_else(|| Ok(folder.join(to)), convert::path)?;
-    background(py, move || {
-        let files = io::export(&BondedCell::read(&folder, nodes)?, engine)?;
-        write_files(&output, &files)?;
-        Ok(files.iter().map(|f| output.join(&f.0)).collect())
-    })
+    let (files, warning) = background(py, move || {
+        let export = io::export(&BondedCell::read(&folder, nodes)?, engine)?;
+        export.write(&output)?;
+        Ok((export.files.iter().map(|f| output.join(&f.0)).collect(), export.warning))
+    })?;
+    if let Some(warning) = warning {
+        let text = CString::new(warning.to_string()).unwrap_or_default();
+        PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)?;
+    }
+    Ok(files)
 }
 
 /// Write one self-contained HTML page of a folder of results, as `anisobond report`; its path [FOLDER/report.html].

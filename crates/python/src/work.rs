@@ -2,8 +2,10 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
-use std::time::{Duration, Instant};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
+use anisobond::solver::Watch;
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 
@@ -47,7 +49,7 @@ impl<T> OrRaise<T> for anisobond::Result<T> {
 }
 
 /// How far work is.
-#[derive(Clone)]
+#[derive(Clone, PartialEq)]
 pub struct Beat {
     /// Steps done, and all (0: unknown).
     pub steps: [u64; 2],
@@ -86,7 +88,43 @@ pub fn watched<T: Send>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
     title: &str,
-    work: impl FnOnce(&AtomicBool, &(dyn Fn(Beat) + Sync)) -> anisobond::Result<T> + Send,
+    work: impl FnOnce(&Arc<AtomicBool>, &(dyn Fn(Beat) + Sync)) -> anisobond::Result<T> + Send,
+) -> PyResult<T> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let latest = Mutex::new(None);
+    let place = || latest.lock().unwrap_or_else(PoisonError::into_inner);
+    let looks = Looks { far: &|| place().take(), stop: &|| stop.store(true, Ordering::Relaxed) };
+    attended(py, progress, title, &looks, || work(&stop, &|beat| *place() = Some(beat)))
+}
+
+/// [`watched`], of work that counts its iterations and says where it is on a [`Watch`].
+pub fn iterated<T: Send>(
+    py: Python<'_>,
+    progress: Option<&Bound<'_, PyAny>>,
+    title: &str,
+    work: impl FnOnce(&Arc<Watch>) -> anisobond::Result<T> + Send,
+) -> PyResult<T> {
+    let watch = Arc::new(Watch::default());
+    let far = || Some(Beat { steps: [watch.iterations(), 0], message: watch.stage() });
+    let looks = Looks { far: &far, stop: &|| watch.stop() };
+    attended(py, progress, title, &looks, || work(&watch))
+}
+
+/// What the caller's thread sees of work on another.
+struct Looks<'a> {
+    /// How far it is; `None` where it has not said anything new.
+    far: &'a (dyn Fn() -> Option<Beat> + Sync),
+    /// Tells it to stop.
+    stop: &'a (dyn Fn() + Sync),
+}
+
+/// Work on a thread of its own; this one tells its progress, and tells it to stop on Ctrl-C or where telling fails.
+fn attended<T: Send>(
+    py: Python<'_>,
+    progress: Option<&Bound<'_, PyAny>>,
+    title: &str,
+    looks: &Looks<'_>,
+    work: impl FnOnce() -> anisobond::Result<T> + Send,
 ) -> PyResult<T> {
     let reporter = match progress {
         None => None,
@@ -96,47 +134,34 @@ pub fn watched<T: Send>(
         }
     };
     let told_to = reporter.as_ref();
-    let tell = |beat: &Beat| -> PyResult<()> {
+    let tell = |beat: Option<&Beat>| -> PyResult<()> {
         Python::attach(|py| {
             py.check_signals()?;
-            match told_to {
-                Some(r) => r.call1(py, (beat.steps[0], beat.steps[1], &beat.message)).map(|_| ()),
-                None => Ok(()),
+            match (told_to, beat) {
+                (Some(r), Some(beat)) => r.call1(py, (beat.steps[0], beat.steps[1], &beat.message)).map(|_| ()),
+                _ => Ok(()),
             }
         })
     };
-    let stop = AtomicBool::new(false);
-    let (send, receive) = mpsc::channel::<Beat>();
     let (outcome, failure) = py.detach(move || {
         std::thread::scope(|scope| {
-            let stop = &stop;
+            // Nothing is sent: the channel ends with the work.
+            let (send, ends) = mpsc::channel::<()>();
             let worker = scope.spawn(move || {
-                work(stop, &|beat| {
-                    let _ = send.send(beat);
-                })
+                let _ends_with_it = send;
+                work()
             });
             let mut failure: Option<PyErr> = None;
-            let mut latest: Option<Beat> = None;
-            let mut told = Instant::now();
+            let mut told: Option<Beat> = None;
             loop {
-                let ended = match receive.recv_timeout(WATCH) {
-                    Ok(beat) => {
-                        latest = Some(beat);
-                        false
-                    }
-                    Err(RecvTimeoutError::Timeout) => false,
-                    Err(RecvTimeoutError::Disconnected) => true,
-                };
-                if failure.is_none() && (ended || told.elapsed() >= WATCH) {
-                    told = Instant::now();
-                    let result = match latest.take() {
-                        Some(beat) => tell(&beat),
-                        None => Python::attach(|py| py.check_signals()),
-                    };
-                    if let Err(error) = result {
+                let ended = ends.recv_timeout(WATCH) == Err(RecvTimeoutError::Disconnected);
+                if failure.is_none() {
+                    let beat = (looks.far)().filter(|beat| told.as_ref() != Some(beat));
+                    if let Err(error) = tell(beat.as_ref()) {
                         failure = Some(error);
-                        stop.store(true, Ordering::Relaxed);
+                        (looks.stop)();
                     }
+                    told = beat.or(told);
                 }
                 if ended {
                     let outcome = worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));

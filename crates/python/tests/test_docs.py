@@ -60,8 +60,16 @@ def test_documents(name, tmp_path, monkeypatch):
     exec(compile(blocks(path), str(path), "exec"), {"__name__": "__main__"})
 
 
+PACKING = conftest.REPOSITORY.parent / "shared/data/woo-packing-2556.txt"
+
+
+@pytest.mark.parametrize("packing", [None, PACKING], ids=["", "its-packing"])
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.stem)
-def test_notebooks(path, monkeypatch):
+def test_notebooks(path, packing, monkeypatch):
+    if packing and "ANISOBOND_PACKING" not in path.read_text():
+        pytest.skip("it takes no packing")
+    if packing and not packing.exists():
+        pytest.skip(f"{packing} is not here")
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
     from matplotlib import pyplot
@@ -69,6 +77,8 @@ def test_notebooks(path, monkeypatch):
     # As Jupyter does, from the notebook's folder; the last value of a cell is shown.
     monkeypatch.chdir(path.parent)
     monkeypatch.delenv("ANISOBOND_PACKING", raising=False)
+    if packing:
+        monkeypatch.setenv("ANISOBOND_PACKING", str(packing))
     drawn, begun = 0, time.monotonic()
 
     def show():

@@ -59,6 +59,23 @@ def test_grid_tests():
     assert holes.to_dict()["cell"]["missing"] > 10 and holes.error > 0.05
 
 
+@pytest.mark.parametrize(
+    "work",
+    [
+        lambda p, r, **k: ab.lattice(p, r, contact_radius=1.6, correct=True, **k),
+        lambda p, r, **k: ab.element_test(p, r, contact_radius=1.6, **k),
+        lambda p, r, **k: ab.element_test(p, r, contact_radius=1.6, method="dynamic", **k),
+        lambda p, r, **k: ab.grid_test("KIO3", 4, horizon=2, missing=0.1, correct=True, **k),
+    ],
+)
+def test_iterations_are_told_and_change_nothing(work, packing, rock):
+    beats = []
+    watched = work(packing, rock, progress=lambda *beat: beats.append(beat))
+    counts = [done for done, _, _ in beats]
+    assert counts == sorted(counts) and counts[-1] > 10 and all(total == 0 for _, total, _ in beats)
+    assert watched.to_dict() == work(packing, rock).to_dict()
+
+
 def test_a_sweep_goes_on_and_makes_tables(packing, rock, tmp_path):
     packing.write(tmp_path / "p.txt")
     (tmp_path / "table.toml").write_text(

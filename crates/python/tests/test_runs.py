@@ -65,23 +65,30 @@ def test_ctrl_c_keeps_a_checkpoint_and_resuming_makes_the_same_probes(tmp_path):
     assert (tmp_path / "a/probes.csv").read_bytes() == (tmp_path / "b/probes.csv").read_bytes()
 
 
-def test_ctrl_c_ends_work_that_cannot_be_stopped_at_once(tmp_path):
+def test_ctrl_c_ends_a_correction_and_its_threads():
     program = (
-        "import anisobond as ab, os\n"
-        "p = ab.Packing.crystal('fcc', radius='1 mm', cells=(22, 22, 22), perturb=0.1)\n"
-        "print('go', flush=True)\n"
+        "import time, anisobond as ab\n"
+        "p = ab.Packing.crystal('fcc', radius='1 mm', cells=(8, 8, 8), perturb=0.1)\n"
         "try:\n"
-        "    ab.element_test(p, 'Pyroceram', contact_radius=1.6, correct=True)\n"
-        "except KeyboardInterrupt:\n"
-        "    print('stopped', flush=True)\n"
-        "    os._exit(7)\n"
+        "    ab.element_test(p, 'Pyroceram', contact_radius=1.6, correct=True, progress=lambda *b: print(*b, flush=True))\n"
+        "except ab.Interrupted as error:\n"
+        "    begun = time.process_time()\n"  # Of all threads.
+        "    time.sleep(0.5)\n"
+        "    print('over', time.process_time() - begun, error, flush=True)\n"
     )
     child = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
-    assert child.stdout.readline().strip() == "go"
-    time.sleep(0.3)
+    counts = []
+    for line in child.stdout:
+        done, total, message = line.rstrip("\n").split(" ", 2)
+        counts.append(int(done))
+        if message.startswith("correction 1, error "):
+            break
     child.send_signal(signal.SIGINT)
-    said, _ = child.communicate(timeout=20)
-    assert said.strip() == "stopped" and child.returncode == 7
+    said, _ = child.communicate(timeout=60)
+    assert total == "0" and counts == sorted(counts) and counts[-1] > 0
+    word, cpu, text = said.strip().splitlines()[-1].split(" ", 2)
+    assert word == "over" and float(cpu) < 0.1, said
+    assert text.startswith("interrupted: the element test was not finished (correction 1, error "), said
 
 
 def test_the_lock_is_released_while_work_lasts(packing):

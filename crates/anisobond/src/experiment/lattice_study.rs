@@ -4,7 +4,7 @@
 use nalgebra::{Rotation3, Vector3};
 
 use super::corrected::{CorrectedModuli, Correction, CorrectionReport, central_by_sum, hybrid_by_sum};
-use super::element_test::{ElementTest, Rotations};
+use super::element_test::ElementTest;
 use crate::calibration::{
     EllipticFit, EllipticMicroplane, EllipticModuli, LatticeStiffness, Model, best_fit_stiffness, lattice_mu, unit_axis,
 };
@@ -24,7 +24,7 @@ pub enum CorrectionChoice {
 }
 
 /// Which bonds a lattice gets.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct LatticePlan {
     /// Central: k_t = 0. Micropolar: k_n and k_t. Hybrid: k_n and a nodal term.
     pub model: Model,
@@ -33,9 +33,8 @@ pub struct LatticePlan {
 }
 
 impl LatticePlan {
-    /// A model, and a correction of its bonds by the element test whose nodes rotate, or do not.
-    pub fn new(model: Model, correct: Option<CorrectionChoice>, rotations: Rotations) -> Self {
-        let test = ElementTest { rotations, ..ElementTest::default() };
+    /// A model, and a correction of its bonds by an element test.
+    pub fn new(model: Model, correct: Option<CorrectionChoice>, test: ElementTest) -> Self {
         LatticePlan { model, correction: correct.map(|choice| (choice, Correction { test, ..Correction::default() })) }
     }
 }
@@ -88,18 +87,18 @@ impl LatticeStudy {
     ) -> Result<Self> {
         target.require_positive_definite()?;
         let lattice = Lattice::new(packing, contact_radius)?;
-        match (plan.model, plan.correction) {
+        match (plan.model, &plan.correction) {
             (Model::Micropolar, None) => LatticeStudy::elliptic(lattice, EllipticFit::new(target, axis)?, None),
-            (Model::Micropolar, Some((choice, correction))) => match elliptic_fit(target, axis, choice)? {
-                Some(fit) => LatticeStudy::elliptic(lattice, fit, Some(&correction)),
-                None => LatticeStudy::general(lattice, target, &correction),
+            (Model::Micropolar, Some((choice, correction))) => match elliptic_fit(target, axis, *choice)? {
+                Some(fit) => LatticeStudy::elliptic(lattice, fit, Some(correction)),
+                None => LatticeStudy::general(lattice, target, correction),
             },
             (Model::Central | Model::Hybrid, Some((CorrectionChoice::Elliptic, _))) => Err(Error::input(
                 "the elliptic correction needs tangential bonds",
                 "use --correct general, or the micropolar model",
             )),
-            (Model::Central, correction) => LatticeStudy::central(lattice, target, correction.map(|c| c.1)),
-            (Model::Hybrid, correction) => LatticeStudy::hybrid(lattice, target, correction.map(|c| c.1)),
+            (Model::Central, correction) => LatticeStudy::central(lattice, target, correction.as_ref().map(|c| &c.1)),
+            (Model::Hybrid, correction) => LatticeStudy::hybrid(lattice, target, correction.as_ref().map(|c| &c.1)),
         }
     }
 
@@ -122,7 +121,7 @@ impl LatticeStudy {
         LatticeStudy::of_network(lattice, Model::Micropolar, target, network, Some((r.moduli, r.report)))
     }
 
-    fn central(lattice: Lattice, target: &Stiffness, correction: Option<Correction>) -> Result<Self> {
+    fn central(lattice: Lattice, target: &Stiffness, correction: Option<&Correction>) -> Result<Self> {
         let (network, corrected) = match correction {
             None => (central_by_sum(&lattice, target, Correction::default().floor)?, None),
             Some(correction) => {
@@ -133,7 +132,7 @@ impl LatticeStudy {
         LatticeStudy::of_network(lattice, Model::Central, target, network, corrected)
     }
 
-    fn hybrid(lattice: Lattice, target: &Stiffness, correction: Option<Correction>) -> Result<Self> {
+    fn hybrid(lattice: Lattice, target: &Stiffness, correction: Option<&Correction>) -> Result<Self> {
         let (network, corrected) = match correction {
             None => (hybrid_by_sum(&lattice, target, Correction::default().floor)?, None),
             Some(correction) => {

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use nalgebra::{Matrix6, Vector3};
@@ -13,8 +14,9 @@ use super::sweep::{Job, JobLog, Options, ParameterTable, Progress, Shard, Store,
 use super::{find_material, parse_angle, parse_stress, parse_vector, read_packing};
 use crate::calibration::{Model, TransverseConstants, axis_of_strike_and_dip};
 use crate::experiment::element_test::{DynamicTest, ElementTest, Rotations};
-use crate::experiment::{Correction, CorrectionChoice, LatticePlan, LatticeStudy, anisotropy_axis, turned_to_axis};
+use crate::experiment::{CorrectionChoice, LatticePlan, LatticeStudy, anisotropy_axis, turned_to_axis};
 use crate::lattice::Packing;
+use crate::solver::Watch;
 use crate::tensor::{Material, Stiffness};
 use crate::{Error, Result};
 
@@ -62,32 +64,31 @@ impl ElementSweep {
             number(job, "contact_radius")?.ok_or_else(|| placed(missing("contact_radius")))?;
             rotations(job).map_err(placed)?;
             dynamic_strain(job).map_err(placed)?;
-            plan(job, Rotations::Free).map_err(placed)?;
+            model(job).and(correction(job)).map_err(placed)?;
         }
         Ok(sweep)
     }
 
-    /// One job: the static element test of its lattice, as the JSON of [`ElementTestReport`].
+    /// One job: the element test of its lattice, as the JSON of [`ElementTestReport`].
     ///
     /// # Errors
-    /// A lattice that cannot be made or is a mechanism, moduli that are not admissible.
-    pub fn job(&self, job: &Job, log: &mut JobLog) -> Result<Json> {
+    /// A lattice that cannot be made or is a mechanism, moduli that are not admissible; [`Error::Interrupted`] where the
+    /// watch stops it.
+    pub fn job(&self, job: &Job, log: &mut JobLog, watch: &Arc<Watch>) -> Result<Json> {
         let material = self.material(job)?;
         let axis = anisotropy_axis(&material.stiffness);
         let contact_radius = number(job, "contact_radius")?.ok_or_else(|| missing("contact_radius"))?;
         let packing = self.packings.get(required_text(job, "packing")?).ok_or_else(|| missing("packing"))?;
-        let plan = plan(job, rotations(job)?)?;
-        let study = LatticeStudy::planned(packing.clone(), &material.stiffness, &axis, contact_radius, &plan)?;
-        log.line(format_args!("{} contacts, μ = {}", study.lattice.contacts.len(), study.stiffness.mu));
         // The sweep runs its jobs side by side; each on one thread.
         let rotations = rotations(job)?;
+        let test = ElementTest { rotations, threads: false, watch: watch.clone(), ..ElementTest::default() };
+        let plan = LatticePlan::new(model(job)?, correction(job)?, test.clone());
+        let study = LatticeStudy::planned(packing.clone(), &material.stiffness, &axis, contact_radius, &plan)?;
+        log.line(format_args!("{} contacts, μ = {}", study.lattice.contacts.len(), study.stiffness.mu));
         let report = match dynamic_strain(job)? {
-            None => {
-                let test = ElementTest { rotations, threads: false, ..ElementTest::default() };
-                ElementTestReport::of_static(&material, &study, &test.run(&study.network())?)?
-            }
+            None => ElementTestReport::of_static(&material, &study, &test.run(&study.network())?)?,
             Some(strain) => {
-                let test = DynamicTest { rotations, strain, ..DynamicTest::default() };
+                let test = DynamicTest { rotations, strain, watch: watch.clone(), ..DynamicTest::default() };
                 ElementTestReport::of_dynamic(&material, &study, &test.run(&study.network())?)?
             }
         };
@@ -130,7 +131,8 @@ impl ElementSweep {
     }
 }
 
-/// Runs the jobs of a table, or of its shard, that the store in a folder (`results.sqlite`) does not have yet.
+/// Runs the jobs of a table, or of its shard, that the store in a folder (`results.sqlite`) does not have yet. When `stop`
+/// turns true the jobs under way end, too, and are not finished.
 ///
 /// # Errors
 /// A store of another table; files that cannot be written.
@@ -140,13 +142,14 @@ pub fn sweep_into(
     sweep: &ElementSweep,
     shard: Option<Shard>,
     retry: bool,
-    stop: &AtomicBool,
+    stop: &Arc<AtomicBool>,
     observe: impl Fn(Progress) + Sync + Send,
 ) -> Result<(Store, Summary)> {
     let store =
         Store::open(store_in(folder, shard), table, shard, &serde_json::json!({ "experiment": "element-test" }))?;
     let options = Options { retry, logs: folder.join("logs") };
-    let summary = run_sweep(table, &store, &options, stop, |job, log| sweep.job(job, log), observe)?;
+    let job = |job: &Job, log: &mut JobLog| sweep.job(job, log, &Watch::stopped_by(stop.clone()));
+    let summary = run_sweep(table, &store, &options, stop, job, observe)?;
     Ok((store, summary))
 }
 
@@ -237,23 +240,22 @@ fn number(job: &Job, name: &str) -> Result<Option<f64>> {
     }
 }
 
-/// The model and its correction; the sweep runs its jobs side by side, each on one thread.
-fn plan(job: &Job, rotations: Rotations) -> Result<LatticePlan> {
-    let model = match job.get("model").and_then(Value::text) {
-        None | Some("micropolar") => Model::Micropolar,
-        Some("central") => Model::Central,
-        Some("hybrid") => Model::Hybrid,
-        Some(other) => return Err(Error::input(format!("model = {other:?}"), "use central, micropolar or hybrid")),
-    };
-    let choice = match job.get("correct").and_then(Value::text) {
-        None | Some("no") => None,
-        Some("elliptic") => Some(CorrectionChoice::Elliptic),
-        Some("general") => Some(CorrectionChoice::General),
-        Some(other) => return Err(Error::input(format!("correct = {other:?}"), "use general, elliptic or no")),
-    };
-    let test = ElementTest { rotations, threads: false, ..ElementTest::default() };
-    let correction = choice.map(|choice| (choice, Correction { test, ..Correction::default() }));
-    Ok(LatticePlan { model, correction })
+fn model(job: &Job) -> Result<Model> {
+    match job.get("model").and_then(Value::text) {
+        None | Some("micropolar") => Ok(Model::Micropolar),
+        Some("central") => Ok(Model::Central),
+        Some("hybrid") => Ok(Model::Hybrid),
+        Some(other) => Err(Error::input(format!("model = {other:?}"), "use central, micropolar or hybrid")),
+    }
+}
+
+fn correction(job: &Job) -> Result<Option<CorrectionChoice>> {
+    match job.get("correct").and_then(Value::text) {
+        None | Some("no") => Ok(None),
+        Some("elliptic") => Ok(Some(CorrectionChoice::Elliptic)),
+        Some("general") => Ok(Some(CorrectionChoice::General)),
+        Some(other) => Err(Error::input(format!("correct = {other:?}"), "use general, elliptic or no")),
+    }
 }
 
 fn rotations(job: &Job) -> Result<Rotations> {

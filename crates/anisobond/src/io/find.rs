@@ -18,7 +18,11 @@ pub fn builtin_material(name: &str) -> Result<Material> {
             Some(name) => format!("did you mean {name}?"),
             None => format!("give a file, or one of {}", names.join(", ")),
         };
-        Error::input(format!("{name}: neither a file nor a built-in material"), hint)
+        let problem = match name.trim() {
+            "" => "no material is named".into(),
+            name => format!("{name}: neither a file nor a built-in material"),
+        };
+        Error::input(problem, hint)
     })
 }
 

@@ -42,7 +42,7 @@ pub use calibrate_table::{TableResults, calibrate_table};
 pub use case::{
     CaseFile, CasePlan, ConditionPlan, LatticeKind, PackingPlan, RegionPlan, calibrated_case, read_case, starter_case,
 };
-pub use export::{BondedCell, Engine, ExportFile, export};
+pub use export::{BondedCell, Engine, Export, ExportFile, export};
 pub use find::{builtin_material, find_material};
 pub use folder::{Files, calibration_files, json_file, lattice_files, write_files};
 pub use grid_report::{CellReport, GridTestReport};

@@ -117,6 +117,7 @@ impl Node {
             Kind::Number(value) => format!("{value}"),
             Kind::Text(text) => quoted(text),
             Kind::List(items) => format!("a list of {}", items.len()),
+            Kind::Table(entries) if entries.is_empty() => "an empty table".into(),
             Kind::Table(_) => "a table".into(),
             Kind::Null => "null".into(),
             Kind::Truth(_) => "a truth value".into(),

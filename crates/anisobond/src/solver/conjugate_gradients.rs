@@ -6,6 +6,7 @@
 use serde::Serialize;
 
 use super::preconditioner::BlockJacobi;
+use super::watch::Watch;
 use crate::operator::{BondList, Field, NodeField};
 
 /// A direction p of no more energy than this part of p·Mp is a free motion.
@@ -37,7 +38,7 @@ impl Default for Stopping {
 pub struct SolverReport {
     /// Iterations of the slowest load case.
     pub iterations: usize,
-    /// Largest √(r·M⁻¹r) of the load cases, relative to that of the right-hand side.
+    /// Largest √(r·M⁻¹r) of the load cases, relative to that of the right-hand side; 0 where all that is left is rounding.
     pub residual: f64,
     /// Whether every load case met the tolerance.
     pub converged: bool,
@@ -61,27 +62,41 @@ impl SolverReport {
 
 /// Solve K x = b for L load cases. K may be singular (translations always are) as long as b does no work on its zero
 /// modes, which forces from strains never do. If K turns out indefinite, the solve ends and the report says so.
-///
-/// The same code is compiled for wider vectors where the processor has them; without fused multiply-add, so that the
-/// bits do not depend on the processor.
 pub fn conjugate_gradients<const L: usize>(
     list: &BondList,
     preconditioner: &BlockJacobi,
     b: &[NodeField<L>],
     stopping: &Stopping,
 ) -> (Field<L>, SolverReport) {
+    conjugate_gradients_watched(list, preconditioner, b, &[0.0; L], stopping, &Watch::default())
+}
+
+/// [`conjugate_gradients`] under a watch. Told to stop, the solve ends where it is; the report says that it has not
+/// converged. `least` is the r·M⁻¹r of every load case that is rounding: below it a residual counts as zero, however small
+/// the right-hand side.
+///
+/// The same code is compiled for wider vectors where the processor has them; without fused multiply-add, so that the
+/// bits do not depend on the processor.
+pub fn conjugate_gradients_watched<const L: usize>(
+    list: &BondList,
+    preconditioner: &BlockJacobi,
+    b: &[NodeField<L>],
+    least: &[f64; L],
+    stopping: &Stopping,
+    watch: &Watch,
+) -> (Field<L>, SolverReport) {
     #[cfg(target_arch = "x86_64")]
     {
         if is_x86_feature_detected!("avx512f") {
             // SAFETY: the processor has the features that the function was compiled for.
-            return unsafe { with_avx512(list, preconditioner, b, stopping) };
+            return unsafe { with_avx512(list, preconditioner, b, least, stopping, watch) };
         }
         if is_x86_feature_detected!("avx2") {
             // SAFETY: as above.
-            return unsafe { with_avx2(list, preconditioner, b, stopping) };
+            return unsafe { with_avx2(list, preconditioner, b, least, stopping, watch) };
         }
     }
-    iterate(list, preconditioner, b, stopping)
+    iterate(list, preconditioner, b, least, stopping, watch)
 }
 
 /// [`iterate`] with 512-bit vectors.
@@ -91,9 +106,11 @@ fn with_avx512<const L: usize>(
     list: &BondList,
     preconditioner: &BlockJacobi,
     b: &[NodeField<L>],
+    least: &[f64; L],
     stopping: &Stopping,
+    watch: &Watch,
 ) -> (Field<L>, SolverReport) {
-    iterate(list, preconditioner, b, stopping)
+    iterate(list, preconditioner, b, least, stopping, watch)
 }
 
 /// [`iterate`] with 256-bit vectors.
@@ -103,9 +120,11 @@ fn with_avx2<const L: usize>(
     list: &BondList,
     preconditioner: &BlockJacobi,
     b: &[NodeField<L>],
+    least: &[f64; L],
     stopping: &Stopping,
+    watch: &Watch,
 ) -> (Field<L>, SolverReport) {
-    iterate(list, preconditioner, b, stopping)
+    iterate(list, preconditioner, b, least, stopping, watch)
 }
 
 /// The method.
@@ -114,7 +133,9 @@ fn iterate<const L: usize>(
     list: &BondList,
     preconditioner: &BlockJacobi,
     b: &[NodeField<L>],
+    least: &[f64; L],
     stopping: &Stopping,
+    watch: &Watch,
 ) -> (Field<L>, SolverReport) {
     let mut x = list.zeros();
     let mut r = b.to_vec();
@@ -128,11 +149,15 @@ fn iterate<const L: usize>(
     let mut size = start;
     let mut negative_curvature = preconditioner.indefinite();
     let (mut iterations, mut idle) = (0, false);
-    while active(&rz, &start, stopping) && iterations < stopping.most_iterations && !negative_curvature {
+    while active(&rz, &start, least, stopping)
+        && iterations < stopping.most_iterations
+        && !negative_curvature
+        && !watch.stopped()
+    {
         list.apply(&p, &mut q);
         let energy = dot(&p, &q);
         negative_curvature = (0..L).any(|l| energy[l] < -NEGATIVE * size[l]);
-        let alpha = step_length(&rz, &energy, &size, &start, stopping);
+        let alpha = step_length(&rz, &energy, &size, &start, least, stopping);
         // What is left of every residual pulls at free motions alone, by rounding.
         idle = alpha.iter().all(|a| *a == 0.0);
         if idle {
@@ -145,21 +170,23 @@ fn iterate<const L: usize>(
         size = std::array::from_fn(|l| rz_next[l] + beta[l] * beta[l] * size[l]);
         rz = rz_next;
         iterations += 1;
+        watch.count();
     }
-    let residual = relative(&rz, &start).into_iter().fold(0.0, f64::max);
+    let residual = relative(&rz, &start, least).into_iter().fold(0.0, f64::max);
     let accepted = if idle { stopping.tolerance.max(ROUNDING) } else { stopping.tolerance };
     let converged = residual <= accepted && rz.iter().all(|r| r.is_finite()) && !negative_curvature;
     (x, SolverReport { iterations, residual, converged, negative_curvature })
 }
 
-/// √(r·z) relative to the start; 0 for a right-hand side of zero.
-fn relative<const L: usize>(rz: &[f64; L], start: &[f64; L]) -> [f64; L] {
-    std::array::from_fn(|l| if start[l] > 0.0 { (rz[l].max(0.0) / start[l]).sqrt() } else { 0.0 })
+/// √(r·z) relative to the start; 0 where r·z is no more than rounding, as that of a right-hand side of zero.
+fn relative<const L: usize>(rz: &[f64; L], start: &[f64; L], least: &[f64; L]) -> [f64; L] {
+    let left = |l: usize| if rz[l] <= least[l] { 0.0 } else { (rz[l] / start[l]).sqrt() };
+    std::array::from_fn(|l| if start[l] > 0.0 { left(l) } else { 0.0 })
 }
 
 /// Whether any load case is still above the tolerance.
-fn active<const L: usize>(rz: &[f64; L], start: &[f64; L], stopping: &Stopping) -> bool {
-    relative(rz, start).iter().any(|r| *r > stopping.tolerance)
+fn active<const L: usize>(rz: &[f64; L], start: &[f64; L], least: &[f64; L], stopping: &Stopping) -> bool {
+    relative(rz, start, least).iter().any(|r| *r > stopping.tolerance)
 }
 
 /// α = r·z/p·Kp; 0 for a load case that has converged, or whose direction costs no energy beside p·Mp.
@@ -168,9 +195,10 @@ fn step_length<const L: usize>(
     pq: &[f64; L],
     size: &[f64; L],
     start: &[f64; L],
+    least: &[f64; L],
     stopping: &Stopping,
 ) -> [f64; L] {
-    let relative = relative(rz, start);
+    let relative = relative(rz, start, least);
     let moves = |l: usize| relative[l] > stopping.tolerance && pq[l] > FREE * size[l];
     std::array::from_fn(|l| if moves(l) { rz[l] / pq[l] } else { 0.0 })
 }

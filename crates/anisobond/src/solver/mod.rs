@@ -5,7 +5,9 @@ pub mod grid;
 mod motion;
 pub mod particles;
 mod preconditioner;
+mod watch;
 
-pub use conjugate_gradients::{SolverReport, Stopping, conjugate_gradients};
+pub use conjugate_gradients::{SolverReport, Stopping, conjugate_gradients, conjugate_gradients_watched};
 pub use motion::{Kick, stable_step};
 pub use preconditioner::BlockJacobi;
+pub use watch::Watch;

@@ -9,6 +9,16 @@ use anisobond::lattice::{Lattice, Neighbourhood, Packing};
 use anisobond::tensor::{MONOMIALS, Stiffness};
 use nalgebra::{Matrix6, Vector3};
 
+/// Energies (J) in words, for the records of verification.
+pub fn energies(ledger: &anisobond::experiment::Ledger) -> String {
+    let [kinetic, strain, damping, fracture, external] =
+        [ledger.kinetic, ledger.strain, ledger.damping, ledger.fracture, ledger.external].map(|e| format!("{e:.3e}"));
+    let broken = ledger.broken_bonds;
+    format!(
+        "of {external} J brought in {kinetic} J kinetic, {strain} J strain, {damping} J damped, {fracture} J fracture; {broken} broken"
+    )
+}
+
 /// A file of the data folder beside the checkout, or `None` with a message where it is absent.
 pub fn shared_data(name: &str) -> Option<String> {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data").join(name);

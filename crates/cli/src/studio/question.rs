@@ -91,7 +91,7 @@ impl Question {
         let places: f64 = shape.semi_axes().map(|a| 2.0 * a + 1.0).iter().product();
         if places > MOST_BONDS {
             let remedy = format!("use a smaller horizon, or `{}` in a terminal", self.command());
-            return Err(Error::input(format!("about {places:.0} bonds are too many while you wait"), remedy));
+            return Err(Error::input(format!("about {places:.1e} bonds are too many while you wait"), remedy));
         }
         let material = self.material()?;
         let start = Instant::now();

@@ -278,6 +278,7 @@ def lattice(
     axis: str | ArrayLike | None = None,
     model: _Model = "micropolar",
     correct: _Correct = None,
+    progress: _Progress = None,
 ) -> Lattice: ...
 
 @final
@@ -306,6 +307,7 @@ def element_test(
     rotations: _Rotations = "free",
     method: Literal["static", "dynamic"] = "static",
     strain: float = -0.01,
+    progress: _Progress = None,
 ) -> ElementTest: ...
 
 @final
@@ -337,6 +339,7 @@ def grid_test(
     displaced: float = 0.0,
     voids: float | Sequence[tuple[float, float, float, float]] | None = None,
     seed: int = 0,
+    progress: _Progress = None,
     **keywords: Unpack[_Bonds],
 ) -> GridTest: ...
 

@@ -1,6 +1,8 @@
 //! E_N(n) and E_T(n) as even harmonics up to degree 4 above a floor, to meet all components; or E_N(n) alone, to meet the
 //! Cauchy part.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix6, SMatrix, SVector, Vector3};
 
 use super::report::CorrectedModuli;
@@ -11,6 +13,7 @@ use crate::calibration::{
 };
 use crate::experiment::element_test::{BondDeformation, Fields, bond_deformations};
 use crate::operator::Network;
+use crate::solver::Watch;
 use crate::tensor::{Stiffness, SymmetryClass};
 use crate::{Error, Result};
 
@@ -27,6 +30,12 @@ const REGULARISATION: f64 = 1e-5;
 /// Halvings of a step of the frozen problem.
 const MOST_INNER_HALVINGS: usize = 50;
 
+/// Relative residual below which only [`FEW_INNER_HALVINGS`] are tried: what is left is about to be rounding.
+const INNER_NEARLY: f64 = 1e-9;
+
+/// See [`INNER_NEARLY`].
+const FEW_INNER_HALVINGS: usize = 4;
+
 /// 21 coordinates of a tensor.
 pub(super) type Coordinates = SVector<f64, 21>;
 
@@ -41,6 +50,7 @@ pub(super) struct General {
     /// Whether bonds have tangential stiffness. Without, they are to meet the Cauchy part: fifteen components, all that
     /// E_N moves where nodes do not relax.
     tangential: bool,
+    watch: Arc<Watch>,
 }
 
 /// Energy of a bond's unit modulus (∂C/∂E, coordinates) with its start and response.
@@ -61,6 +71,7 @@ impl General {
         target: &Stiffness,
         floor: f64,
         tangential: bool,
+        watch: &Arc<Watch>,
     ) -> Result<Self> {
         let largest = start.iter().map(|(en, et)| en.max(*et)).fold(0.0, f64::max);
         if !(largest.is_finite() && largest > 0.0 && start.iter().all(|(en, et)| en.is_finite() && et.is_finite())) {
@@ -70,7 +81,8 @@ impl General {
             ));
         }
         let responses = unit.bonds.iter().map(|bond| responses_of(&bond.branch.normalize())).collect();
-        Ok(General { start, responses, target: *target, floor: floor * largest, tangential })
+        let floor = floor * largest;
+        Ok(General { start, responses, target: *target, floor, tangential, watch: watch.clone() })
     }
 
     /// The parameters that the sum over bonds asks for: Voigt's hypothesis, before any test.
@@ -94,18 +106,26 @@ impl General {
         (self.floor.max(en + n.dot(y)), self.floor.max(et + t.dot(y)))
     }
 
-    /// What is missing to the target, and its derivative over the moduli above the floor.
-    fn frozen(&self, columns: &[Column], target: &Coordinates, y: &Coordinates) -> (Coordinates, SMatrix<f64, 21, 21>) {
+    /// What is missing to the target while deformations are frozen.
+    fn missing(&self, columns: &[Column], target: &Coordinates, y: &Coordinates) -> Coordinates {
         let mut missing = *target;
-        let mut jacobian = SMatrix::zeros();
         for column in columns {
             let modulus = column.start + column.response.dot(y);
             missing -= column.energy * modulus.max(self.floor);
+        }
+        missing
+    }
+
+    /// Its derivative over the moduli above the floor, with the sign of the tensor: ten times the work.
+    fn jacobian(&self, columns: &[Column], y: &Coordinates) -> SMatrix<f64, 21, 21> {
+        let mut jacobian = SMatrix::zeros();
+        for column in columns {
+            let modulus = column.start + column.response.dot(y);
             if modulus > self.floor {
                 jacobian += column.energy * column.response.transpose();
             }
         }
-        (missing, jacobian)
+        jacobian
     }
 
     fn columns(&self, unit: &Network, fields: &Fields) -> Vec<Column> {
@@ -147,26 +167,31 @@ impl Form<21> for General {
         let target = self.seen(aim);
         let whole: f64 = columns.iter().map(|c| c.energy.dot(&c.response)).sum();
         let mut y = *y;
-        let (mut missing, mut jacobian) = self.frozen(&columns, &target, &y);
+        let mut missing = self.missing(&columns, &target, &y);
         for _ in 0..MOST_INNER {
             if missing.norm() <= INNER_SOLVED * target.norm() {
                 break;
             }
-            let system = jacobian + SMatrix::identity() * (REGULARISATION * whole / 21.0);
+            let system = self.jacobian(&columns, &y) + SMatrix::identity() * (REGULARISATION * whole / 21.0);
             let Some(step) = system.lu().solve(&missing) else { break };
             let mut share = 1.0;
             let mut accepted = None;
-            for _ in 0..MOST_INNER_HALVINGS {
+            let nearly = missing.norm() <= INNER_NEARLY * target.norm();
+            for _ in 0..if nearly { FEW_INNER_HALVINGS } else { MOST_INNER_HALVINGS } {
+                // Told to stop, the problem is left as it is: the test that follows says so.
+                if self.watch.stopped() {
+                    break;
+                }
                 let tried = y + share * step;
-                let (left, slope) = self.frozen(&columns, &target, &tried);
+                let left = self.missing(&columns, &target, &tried);
                 if left.norm() < (1.0 - 1e-4 * share) * missing.norm() {
-                    accepted = Some((tried, left, slope));
+                    accepted = Some((tried, left));
                     break;
                 }
                 share *= 0.5;
             }
-            let Some((tried, left, slope)) = accepted else { break };
-            (y, missing, jacobian) = (tried, left, slope);
+            let Some(next) = accepted else { break };
+            (y, missing) = next;
         }
         y
     }

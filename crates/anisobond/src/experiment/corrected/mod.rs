@@ -13,6 +13,8 @@ mod nodal;
 mod report;
 mod search;
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
 use self::elliptic::Elliptic;
@@ -35,9 +37,9 @@ const BOND_SHARES: [f64; 6] = [1.0, 0.5, 0.25, 0.1, 0.03, 0.01];
 const NOT_NEGATIVE: f64 = 1e-12;
 
 /// How a lattice's bonds are corrected.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Correction {
-    /// The test that measures. Fields are always taken.
+    /// The test that measures. Fields are always taken; its watch is told which correction is under way, and can stop it.
     pub test: ElementTest,
     /// Relative error of the measured constants (or tensor) at which to stop (–).
     pub tolerance: f64,
@@ -129,7 +131,7 @@ impl Correction {
                 "give one pair per bond",
             ));
         }
-        let form = General::new(unit, start, target, self.floor, tangential)?;
+        let form = General::new(unit, start, target, self.floor, tangential, &self.test.watch)?;
         // Before the first test: the moduli that Voigt's hypothesis gives; where that is poor, the start itself.
         let search = Search::run(self, unit, &form, &[form.of_sum(unit), nalgebra::SVector::zeros()])?.sound()?;
         let moduli = form.described(&search.parameters);
@@ -226,7 +228,7 @@ pub fn central_by_sum(lattice: &Lattice, target: &Stiffness, floor: f64) -> Resu
     target.require_positive_definite()?;
     let unit = unit_network(lattice)?;
     let (en, _) = isotropic_moduli(&target.cauchy_part());
-    let form = General::new(&unit, vec![(en, 0.0); unit.bonds.len()], target, floor, false)?;
+    let form = General::new(&unit, vec![(en, 0.0); unit.bonds.len()], target, floor, false, &Arc::default())?;
     let mut network = unit.clone();
     form.put(&unit, &form.of_sum(&unit), &mut network);
     Ok(network)

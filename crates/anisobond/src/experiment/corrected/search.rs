@@ -58,6 +58,7 @@ impl<const P: usize> Search<P> {
         form: &impl Form<P>,
         starts: &[SVector<f64, P>],
     ) -> Result<Self> {
+        settings.test.watch.enter("before the first correction");
         let mut network = unit.clone();
         let test = measure(settings, unit, form, &starts[0], &mut network)?;
         let history = vec![error(settings, form, &test)];
@@ -82,11 +83,13 @@ impl<const P: usize> Search<P> {
         form.put(unit, &state.parameters, &mut state.network);
         state.at_floor = form.at_floor(&state.parameters);
         state.test.fields = None;
+        settings.test.watch.enter("");
         Ok(state)
     }
 
     /// One correction; shorter ones where it brings nothing.
     fn correct(&mut self, settings: &Correction, unit: &Network, form: &impl Form<P>) -> Result<()> {
+        settings.test.watch.enter(format!("correction {}, error {}", self.history.len(), percent(self.error())));
         let fields = self.test.fields.take().unwrap_or_else(|| no_fields(unit.nodes.len()));
         let measured = *self.test.measured.mandel();
         let missing = form.target().mandel() - measured;
@@ -178,7 +181,7 @@ fn measure<const P: usize>(
     network: &mut Network,
 ) -> Result<ElementTestResult> {
     form.put(unit, parameters, network);
-    ElementTest { fields: true, mechanisms: Mechanisms::Report, ..settings.test }.run(network)
+    ElementTest { fields: true, mechanisms: Mechanisms::Report, ..settings.test.clone() }.run(network)
 }
 
 /// The error of a test; one of a mechanism does not count, unless mechanisms are only to be reported, and one of a
@@ -187,6 +190,13 @@ fn error<const P: usize>(settings: &Correction, form: &impl Form<P>, test: &Elem
     let stands = settings.test.mechanisms == Mechanisms::Report || test.mechanism.refuse().is_ok();
     let error = form.error(&test.measured);
     if stands && error.is_finite() && !test.solver.negative_curvature { error } else { f64::INFINITY }
+}
+
+/// A share as a percentage of two digits.
+fn percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    let decimals = (1.0 - percent.log10().floor()).clamp(0.0, 12.0) as usize;
+    format!("{percent:.decimals$} %")
 }
 
 /// Fields of nodes that neither move nor turn against the mean strain.

@@ -11,6 +11,8 @@
 //! Time is fictitious: a node's mass is its own 6×6 block of the stiffness, for which a step of 1 is always stable (no
 //! frequency exceeds √2), and motion is damped viscously. Only the equilibrium at the end is a result.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix3, Matrix6};
 use rayon::prelude::*;
 
@@ -18,13 +20,13 @@ use super::mechanism::Mechanism;
 use super::static_test::Rotations;
 use crate::operator::particles::Particles;
 use crate::operator::{BondList, Kinematics, Network};
-use crate::solver::BlockJacobi;
 use crate::solver::particles::{Control, Servo, Verlet, affine_stiffness, mean_stress};
+use crate::solver::{BlockJacobi, Watch};
 use crate::tensor::{EngineeringConstants, PAIRS, Stiffness};
 use crate::{Error, Result};
 
 /// A dynamic element test; `DynamicTest::default()` is the document's: −1 % logarithmic strain, rotations free.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct DynamicTest {
     /// Logarithmic strain ε̂ along the axis, negative in compression; in the shear tests ε_ij = |ε̂| (γ = 2|ε̂|).
     pub strain: f64,
@@ -39,6 +41,8 @@ pub struct DynamicTest {
     pub lateral: f64,
     /// Most steps of one test.
     pub most_steps: usize,
+    /// Counts the steps of all six tests and can stop them.
+    pub watch: Arc<Watch>,
 }
 
 impl Default for DynamicTest {
@@ -50,6 +54,7 @@ impl Default for DynamicTest {
             balance: 1e-5,
             lateral: 1e-6,
             most_steps: 20_000,
+            watch: Arc::default(),
         }
     }
 }
@@ -98,7 +103,7 @@ impl DynamicTest {
     ///
     /// # Errors
     /// A strain that is zero, not finite or beyond 20 %; no steps; a nodal term; what [`BondList::new`] refuses; nodes or parts that
-    /// no bond joins.
+    /// no bond joins; [`Error::Interrupted`] where the watch stops it.
     pub fn run(&self, network: &Network) -> Result<DynamicTestResult> {
         if !(self.strain.abs() > 0.0 && self.strain.abs() <= LARGEST_STRAIN) {
             return Err(Error::input(
@@ -146,6 +151,7 @@ impl DynamicTest {
             converged: false,
         };
         while end.steps < self.most_steps && !end.converged {
+            self.watch.check("the dynamic element test")?;
             if end.steps == self.ramp {
                 servo.controls = servo.controls.map(held);
             }
@@ -157,6 +163,7 @@ impl DynamicTest {
             end.lateral = lateral(case, &end.stress);
             end.unbalanced = self.accelerate(mass, &mut body, virial.norm() / lengths, length);
             end.steps += 1;
+            self.watch.count();
             end.converged = end.steps > self.ramp && end.unbalanced <= self.balance && end.lateral <= self.lateral;
         }
         Ok(end)

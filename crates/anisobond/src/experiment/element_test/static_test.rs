@@ -3,12 +3,14 @@
 //! Six unit macroscopic strains E; for each the displacements u and rotations θ of least energy; then
 //! C_kl = (1/V) ∂²W/∂E_k ∂E_l, W the least energy.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix6, Vector3, Vector6};
 use serde::Serialize;
 
 use super::mechanism::Mechanism;
-use crate::operator::{BondList, Field, Network, NodeField};
-use crate::solver::{BlockJacobi, SolverReport, Stopping, conjugate_gradients};
+use crate::operator::{BondList, Field, Network};
+use crate::solver::{BlockJacobi, SolverReport, Stopping, Watch, conjugate_gradients_watched};
 use crate::tensor::{EngineeringConstants, PAIRS, Stiffness, mandel_weight};
 use crate::{Error, Result};
 
@@ -36,7 +38,7 @@ pub enum Mechanisms {
 }
 
 /// A static element test; `ElementTest::default()` is the usual one: rotations free, mechanisms refused.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct ElementTest {
     /// Whether nodes rotate.
     pub rotations: Rotations,
@@ -49,6 +51,8 @@ pub struct ElementTest {
     /// Whether the load cases are shared between the threads of the current pool; the result is the same to the last
     /// bit. Leave it off where many tests run at once.
     pub threads: bool,
+    /// Counts the solver's iterations, on either of two threads where load cases are shared, and can stop them.
+    pub watch: Arc<Watch>,
 }
 
 impl Default for ElementTest {
@@ -59,6 +63,7 @@ impl Default for ElementTest {
             stopping: Stopping::default(),
             fields: false,
             threads: true,
+            watch: Arc::default(),
         }
     }
 }
@@ -123,12 +128,16 @@ impl ElementTest {
     ///
     /// # Errors
     /// What [`BondList::new`] refuses; a network without bonds; a mechanism, or displacements of negative energy, unless
-    /// only to be reported.
+    /// only to be reported; [`Error::Interrupted`] where the watch stops it.
     pub fn run(&self, network: &Network) -> Result<ElementTestResult> {
+        self.watch.check("the element test")?;
         let mut mechanism = self.mechanism_of_graph(network)?;
         let list = BondList::new(network)?;
         let preconditioner = BlockJacobi::new(&list, self.rotations == Rotations::Free);
         let (x, solver) = self.solve(network, &list, &preconditioner);
+        if !solver.converged {
+            self.watch.check("the element test")?;
+        }
         let field = strain_lanes(&x);
         if solver.negative_curvature && self.mechanisms == Mechanisms::Refuse {
             return Err(Error::input(
@@ -195,9 +204,7 @@ impl ElementTest {
         for (b, f) in b.iter_mut().flatten().flatten().zip(forces.iter().flatten().flatten()) {
             *b -= f;
         }
-        let unknowns = if self.rotations == Rotations::Free { 6 } else { 3 };
-        silence_rounding(list, unknowns, &mut b);
-        conjugate_gradients(list, m, &b, &self.stopping)
+        conjugate_gradients_watched(list, m, &b, &[rounding(list, m); L], &self.stopping, &self.watch)
     }
 
     /// Random displacements and rotations in the probes' lanes, zero in the strains'. They depend on the node's number.
@@ -326,21 +333,18 @@ fn refuse_free_strain(measured: &Stiffness) -> Result<()> {
     ))
 }
 
-/// A load below this share of what the bonds of its node could carry is the rounding of forces that balance.
-const ROUNDING: f64 = 1e-14;
+/// Loads below this share of what the bonds of the nodes could carry are the rounding of forces that balance, and of the moduli
+/// that make them balance. What solving for them could change of the stiffness is of the order of its square.
+const ROUNDING: f64 = 1e-11;
 
-/// On a perfect grid the forces of uniform strain balance at every node: what rounding leaves of them is no load, and
-/// solving for it would follow the noise of a singular matrix. A load case that is nothing else becomes zero.
-fn silence_rounding<const L: usize>(list: &BondList, unknowns: usize, b: &mut [NodeField<L>]) {
-    let carried = list.carried();
-    for l in 0..L {
-        let noise = |(b, carried): (&NodeField<L>, &[f64; 2])| {
-            (0..unknowns).all(|i| b[i][l].abs() <= ROUNDING * carried[i / 3])
-        };
-        if b.iter().zip(&carried).all(noise) {
-            b.iter_mut().flatten().for_each(|row| row[l] = 0.0);
-        }
-    }
+/// r·M⁻¹r of loads that are rounding. On a perfect grid the forces of uniform strain balance at every node: solving for what
+/// is left of them would follow the noise of a singular matrix.
+fn rounding(list: &BondList, m: &BlockJacobi) -> f64 {
+    let carried = list.carried().into_iter().enumerate().map(|(node, [force, moment])| {
+        let load = [[force], [force], [force], [moment], [moment], [moment]];
+        m.apply(node, &load).iter().zip(&load).map(|(z, r)| z[0] * r[0]).sum::<f64>()
+    });
+    ROUNDING.powi(2) * carried.sum::<f64>()
 }
 
 /// The unit strain of a case in Kelvin-Mandel coordinates; zero beyond the sixth (probes).

@@ -20,7 +20,7 @@ use crate::{Error, Result};
 /// More nodes than this are refused before memory is taken.
 const MOST_NODES: f64 = 4e6;
 
-/// A rectangular periodic cell of bonded nodes. No bond is longer than half of any edge, so that engines that look for
+/// A rectangular periodic cell of bonded nodes. Along no edge is a bond longer than half of it, so that engines that look for
 /// the nearest image find the right one.
 #[derive(Clone, Debug)]
 pub struct BondedCell {
@@ -66,10 +66,12 @@ impl BondedCell {
             }
             return of_packing(folder).map_err(|e| e.at(folder.display()));
         }
-        Err(Error::input(
-            format!("{} holds no bonds", folder.display()),
-            "give a folder that `anisobond calibrate -o` or `anisobond lattice -o` wrote",
-        ))
+        let problem = if folder.join("element-test.json").is_file() {
+            format!("{} is of an element test, which may have changed its bonds", folder.display())
+        } else {
+            format!("{} holds no bonds", folder.display())
+        };
+        Err(Error::input(problem, "give a folder that `anisobond calibrate -o` or `anisobond lattice -o` wrote"))
     }
 
     /// Volume (m³).
@@ -98,13 +100,20 @@ impl BondedCell {
         Network { nodes, bonds, volume: self.volume(), nodal: self.nodal.clone() }
     }
 
-    /// The stiffness (Pa) that a static element test of the cell measures, node rotations free.
+    /// The stiffness (Pa) that a static element test of the cell measures, node rotations free; and what moves freely in it,
+    /// if anything does.
     ///
     /// # Errors
     /// Bonds that are no lattice.
-    pub fn measured(&self) -> Result<Stiffness> {
-        let test = ElementTest { mechanisms: Mechanisms::Report, ..ElementTest::default() };
-        Ok(test.run(&self.network())?.measured)
+    pub fn measured(&self) -> Result<(Stiffness, Option<Error>)> {
+        let network = self.network();
+        match ElementTest::default().run(&network) {
+            Ok(result) => Ok((result.measured, None)),
+            Err(mechanism) => {
+                let test = ElementTest { mechanisms: Mechanisms::Report, ..ElementTest::default() };
+                Ok((test.run(&network)?.measured, Some(mechanism)))
+            }
+        }
     }
 
     /// Cells around which a bond goes: x_b + shift = x_a + branch, in numbers of edges.
@@ -184,12 +193,12 @@ fn of_grid(folder: &Path, nodes: Option<[usize; 3]>) -> Result<BondedCell> {
     let table = read_bonds(folder.join("bonds.csv"))?;
     let reach: [usize; 3] =
         std::array::from_fn(|i| table.offset.iter().map(|o| o[i].unsigned_abs() as usize).max().unwrap_or(0));
-    let most = reach.iter().max().copied().unwrap_or(1);
-    let n = nodes.unwrap_or([2 * most + 2; 3]);
-    if n.iter().any(|&n| n <= 2 * most) {
+    let n = nodes.unwrap_or(reach.map(|reach| 2 * reach + 2));
+    if n.iter().zip(reach).any(|(&n, reach)| n <= 2 * reach) {
+        let [a, b, c] = reach.map(|reach| 2 * reach + 1);
         return Err(Error::input(
-            format!("a block of {n:?} nodes for bonds of up to {most} spacings"),
-            format!("give at least {} nodes along each axis", 2 * most + 1),
+            format!("a block of {n:?} nodes for bonds of up to {reach:?} spacings"),
+            format!("give at least {a},{b},{c} nodes along the axes"),
         ));
     }
     BondedCell::refuse_too_large(n.iter().map(|&n| n as f64).product())?;

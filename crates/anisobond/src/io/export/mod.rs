@@ -11,6 +11,11 @@ mod truss;
 pub use cell::BondedCell;
 pub(super) use cell::contact_bonds;
 
+use std::fs;
+use std::io::ErrorKind;
+use std::path::Path;
+
+use super::write_files;
 use crate::tensor::{PAIRS, Stiffness};
 use crate::{Error, Result};
 
@@ -37,33 +42,77 @@ pub enum Engine {
     Numpy,
 }
 
-/// The tensor that the engine must measure.
-const EXPECTED: &str = "expected.csv";
+/// Where the scripts write the tensor that the engine measures.
+const MEASURED: &str = "measured.csv";
 
 /// A file of an export: name and contents.
 pub type ExportFile = (String, Vec<u8>);
 
-/// The files of a cell for an engine, `expected.csv` with the tensor (Pa, Voigt) that the engine must measure among them.
+/// What an export is.
+#[derive(Debug)]
+pub struct Export {
+    /// The files, `expected.csv` with the tensor (Pa, Voigt) that the engine must measure among them.
+    pub files: Vec<ExportFile>,
+    /// What the engine's own test writes beside them: of an earlier export it is stale.
+    pub outputs: Vec<String>,
+    /// What moves freely: an engine may wait in vain for rest, or meet a singular matrix.
+    pub warning: Option<Error>,
+}
+
+impl Export {
+    /// Write the files into a folder, which is made if need be; what the engine wrote there of an earlier export is removed.
+    ///
+    /// # Errors
+    /// What cannot be written or removed.
+    pub fn write(&self, folder: &Path) -> Result<()> {
+        write_files(folder, &self.files)?;
+        for name in &self.outputs {
+            let path = folder.join(name);
+            match fs::remove_file(&path) {
+                Err(e) if e.kind() != ErrorKind::NotFound => return Err(Error::file("remove", path, e)),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The files of a cell for an engine.
 ///
 /// # Errors
-/// What the engine cannot express, with the reason; a lattice that is a mechanism.
-pub fn export(cell: &BondedCell, engine: Engine) -> Result<Vec<ExportFile>> {
+/// What the engine cannot express, with the reason; for Abaqus and CalculiX, a lattice that is a mechanism as a whole.
+pub fn export(cell: &BondedCell, engine: Engine) -> Result<Export> {
     if !matches!(engine, Engine::MatrixMarket | Engine::Numpy) {
         refuse_nodal(cell)?;
     }
-    let mut files = match engine {
+    let files = match engine {
         Engine::Lammps => lammps::files(cell)?,
         Engine::Abaqus => truss::files(cell, truss::Element::Truss)?,
         Engine::Calculix => truss::files(cell, truss::Element::Spring)?,
         Engine::Yade => spheres::files(cell, spheres::YADE),
         Engine::Woo => spheres::files(cell, spheres::WOO),
-        Engine::Peridigm(within) => return one_constant(cell, one_constant::Program::Peridigm, within),
-        Engine::PeriLab(within) => return one_constant(cell, one_constant::Program::PeriLab, within),
+        Engine::Peridigm(within) => return one_constant::export(cell, one_constant::Program::Peridigm, within),
+        Engine::PeriLab(within) => return one_constant::export(cell, one_constant::Program::PeriLab, within),
         Engine::MatrixMarket => arrays::matrix_market(cell)?,
         Engine::Numpy => arrays::numpy(cell),
     };
-    files.push((EXPECTED.into(), voigt_csv(&cell.measured()?).into_bytes()));
-    Ok(files)
+    let (measured, mechanism) = cell.measured()?;
+    let (outputs, warning) = match (engine, mechanism) {
+        // Their test prescribes stresses: it has no answer where a strain costs nothing.
+        (Engine::Abaqus | Engine::Calculix, Some(mechanism)) if measured.engineering_constants().is_none() => {
+            return Err(mechanism);
+        }
+        (Engine::Abaqus | Engine::Calculix, mechanism) => (vec!["element_test.dat".into()], mechanism),
+        (Engine::Numpy, _) => (Vec::new(), None),
+        (_, mechanism) => (vec![MEASURED.into()], mechanism),
+    };
+    Ok(Export { files: with_expected(files, &measured), outputs, warning })
+}
+
+/// The files with the tensor that the engine must measure.
+fn with_expected(mut files: Vec<ExportFile>, measured: &Stiffness) -> Vec<ExportFile> {
+    files.push(("expected.csv".into(), voigt_csv(measured).into_bytes()));
+    files
 }
 
 /// A tensor as CSV: six rows of the Voigt matrix (Pa).
@@ -94,13 +143,6 @@ fn refuse_tangential(cell: &BondedCell, engine: &str, why: &str) -> Result<()> {
     }
     Err(Error::input(
         format!("the bonds have tangential stiffness, which {engine} cannot express: {why}"),
-        "export bonds of the central model, or to matrix-market or numpy",
+        "export bonds of the central model, or to yade, woo, matrix-market or numpy",
     ))
-}
-
-/// The files of an engine whose bonds have one micromodulus; what it must measure is not what the calibrated bonds do.
-fn one_constant(cell: &BondedCell, program: one_constant::Program, within: f64) -> Result<Vec<ExportFile>> {
-    let (mut files, expected) = one_constant::files(cell, program, within)?;
-    files.push((EXPECTED.into(), expected.into_bytes()));
-    Ok(files)
 }

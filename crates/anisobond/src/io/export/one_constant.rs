@@ -6,7 +6,7 @@ use std::fmt::Write;
 
 use nalgebra::{Matrix6, Vector6};
 
-use super::{BondedCell, ExportFile, refuse_tangential, voigt_csv};
+use super::{BondedCell, Export, MEASURED, refuse_tangential, with_expected};
 use crate::tensor::{PAIRS, Stiffness};
 use crate::{Error, Result};
 
@@ -38,9 +38,9 @@ struct OneConstant {
     of_block: Stiffness,
 }
 
-/// The files `mesh.txt`, a deck for each of the six strains and `measure.py`, and what they must measure, as CSV. `within` is
-/// the share by which the tensor of one micromodulus may miss the calibrated one.
-pub(super) fn files(cell: &BondedCell, program: Program, within: f64) -> Result<(Vec<ExportFile>, String)> {
+/// `mesh.txt`, a deck for each of the six strains and `measure.py`; what they must measure is not what the calibrated bonds do.
+/// `within` is the share by which the tensor of one micromodulus may miss the calibrated one.
+pub(super) fn export(cell: &BondedCell, program: Program, within: f64) -> Result<Export> {
     let name = match program {
         Program::Peridigm => "Peridigm",
         Program::PeriLab => "PeriLab",
@@ -89,7 +89,8 @@ pub(super) fn files(cell: &BondedCell, program: Program, within: f64) -> Result<
     let script =
         SCRIPT.replace("{strain}", &format!("{STRAIN:e}")).replace("{volume}", &format!("{:?}", cell.volume()));
     files.push(("measure.py".into(), script.into_bytes()));
-    Ok((files, voigt_csv(&one.of_block)))
+    let outputs = (0..6).map(|case| format!("strain_{}.e", component(case))).chain([MEASURED.into()]).collect();
+    Ok(Export { files: with_expected(files, &one.of_block), outputs, warning: None })
 }
 
 impl OneConstant {
@@ -114,7 +115,7 @@ impl OneConstant {
                 .sum();
             Stiffness::from_voigt(&(sum / cell.volume()))
         };
-        let (unit, calibrated) = (of(&|_| true)?, cell.measured()?);
+        let (unit, calibrated) = (of(&|_| true)?, cell.measured()?.0);
         let c = unit.mandel().dot(calibrated.mandel()) / unit.mandel().norm_squared();
         let inside = of(&|b| cell.shift(&cell.bonds[b]) == [0; 3])?;
         let horizon = longest * (1.0 + MARGIN);

@@ -69,10 +69,11 @@ def strained(rate):
 
 def at_rest():
     """Strain and stress (11 22 33 23 13 12, shears γ) when the nodes have come to rest."""
-    small = BALANCE * STRAIN * np.mean(normal * length)
-    for _ in range(2000):
+    force, torque = (BALANCE * STRAIN * np.mean(normal * length**power) for power in (1, 2))
+    for _ in range(20000):
         S.run(50, wait=True)
-        if max(node.dem.force.norm() for node in nodes) < small:
+        forces = max(node.dem.force.norm() for node in nodes)
+        if forces < force and max(node.dem.torque.norm() for node in nodes) < torque:
             break
     else:
         raise SystemExit("the nodes did not come to rest")

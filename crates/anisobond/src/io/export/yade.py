@@ -56,11 +56,12 @@ def strain(now, then):
 
 
 def at_rest():
-    """The stress when the nodes have come to rest."""
-    small = BALANCE * STRAIN * np.mean(normal * length)
-    for _ in range(2000):
+    """The stress when the nodes have come to rest, their rotations too."""
+    force, torque = (BALANCE * STRAIN * np.mean(normal * length**power) for power in (1, 2))
+    for _ in range(20000):
         O.run(50, True)
-        if max(O.forces.f(body.id).norm() for body in O.bodies) < small:
+        forces = max(O.forces.f(body.id).norm() for body in O.bodies)
+        if forces < force and max(O.forces.t(body.id).norm() for body in O.bodies) < torque:
             break
     else:
         raise SystemExit("the nodes did not come to rest")

@@ -68,6 +68,8 @@ function report(message, wrong) {
   at("state").textContent = wrong ? "" : message;
   at("wrong").textContent = wrong ? message : "";
   at("wrong").hidden = !wrong;
+  // What is shown belongs to an earlier question.
+  document.body.classList.toggle("stale", wrong);
 }
 
 /** Asks for what stands in the form now. Only the newest question counts: older answers are thrown away. */
@@ -79,7 +81,7 @@ async function ask() {
   let answer;
   try {
     const response = await fetch("calibrate", { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(request()), signal: current.signal });
-    answer = await response.json();
+    answer = response.headers.get("Content-Type")?.includes("json") ? await response.json() : { error: await response.text() };
   } catch (error) {
     if (error.name === "AbortError") return;
     answer = { error: "the studio does not answer: it was ended, or its computer sleeps" };

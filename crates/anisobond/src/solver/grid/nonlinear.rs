@@ -4,7 +4,7 @@ use super::conjugate_gradients::{Ending, GridSolverReport};
 use super::free_modes::FreeModes;
 use super::preconditioner::Preconditioner;
 use super::vectors::{add_scaled, dot, scale_add};
-use super::watch::Watch;
+use super::watch::ResidualWatch;
 use crate::operator::{GridOperator, VectorField};
 use crate::solver::Stopping;
 
@@ -39,7 +39,7 @@ pub(super) fn nonlinear_gradients(
         free.project(r);
     };
     balance(u, &mut r);
-    let mut watch = Watch::new(stopping, scale, PATIENCE);
+    let mut watch = ResidualWatch::new(stopping, scale, PATIENCE);
     let mut rz_last = 0.0;
     loop {
         if watch.ends(&r, &mut report) {

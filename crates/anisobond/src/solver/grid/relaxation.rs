@@ -4,7 +4,7 @@ use super::conjugate_gradients::{Ending, GridSolverReport};
 use super::free_modes::FreeModes;
 use super::preconditioner::NodeBlocks;
 use super::vectors::{add_scaled, dot};
-use super::watch::Watch;
+use super::watch::ResidualWatch;
 use crate::operator::VectorField;
 use crate::solver::Stopping;
 
@@ -27,7 +27,7 @@ pub(super) fn relax(
     let n = u.len();
     let (mut r, mut a, mut v) = (VectorField::zeros(n), VectorField::zeros(n), VectorField::zeros(n));
     let mut report = GridSolverReport { iterations: 0, applications: 0, residual: 0.0, ending: Ending::Converged };
-    let mut watch = Watch::new(stopping, scale, PATIENCE);
+    let mut watch = ResidualWatch::new(stopping, scale, PATIENCE);
     let mut kinetic_last = 0.0;
     let mass = LARGEST / (4.0 * SAFETY * SAFETY);
     loop {

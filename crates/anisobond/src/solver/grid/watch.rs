@@ -9,7 +9,7 @@ use crate::solver::Stopping;
 const LESS: f64 = 0.999;
 
 /// Watches the residual from iteration to iteration.
-pub(super) struct Watch<'a> {
+pub(super) struct ResidualWatch<'a> {
     stopping: &'a Stopping,
     /// What residuals are relative to.
     scale: f64,
@@ -19,9 +19,9 @@ pub(super) struct Watch<'a> {
     since: usize,
 }
 
-impl<'a> Watch<'a> {
+impl<'a> ResidualWatch<'a> {
     pub(super) fn new(stopping: &'a Stopping, scale: f64, patience: usize) -> Self {
-        Watch { stopping, scale, patience, least: f64::INFINITY, since: 0 }
+        ResidualWatch { stopping, scale, patience, least: f64::INFINITY, since: 0 }
     }
 
     /// Notes the residual r in the report; whether the solve has ended, and how, is in it too.

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::{PackingStatement, Source};
 use crate::calibration::Model;
 use crate::experiment::element_test::ElementTest;
-use crate::experiment::{Correction, CorrectionChoice, LatticePlan, LatticeStudy, PackingEvidence, anisotropy_axis};
+use crate::experiment::{CorrectionChoice, LatticePlan, LatticeStudy, PackingEvidence, anisotropy_axis};
 use crate::io::case::matter::RegionStatement;
 use crate::io::case::resolve::{Sites, owners};
 use crate::io::case::{CaseFile, Spot};
@@ -90,8 +90,7 @@ pub(super) fn spheres(case: &CaseFile, p: &PackingStatement, stiffness: &[Stiffn
 /// The lattice of the packing, calibrated.
 pub(super) fn study(packing: Packing, p: &PackingStatement, stiffness: &Stiffness) -> Result<LatticeStudy> {
     let test = ElementTest { rotations: p.rotations, ..ElementTest::default() };
-    let correction = Correction { test, ..Correction::default() };
-    let plan = LatticePlan { model: p.bonds, correction: p.correct.then_some((CorrectionChoice::General, correction)) };
+    let plan = LatticePlan::new(p.bonds, p.correct.then_some(CorrectionChoice::General), test);
     let axis = anisotropy_axis(stiffness);
     let hint = |e: Error| match (p.bonds, p.correct) {
         (Model::Micropolar, false) => match e {
