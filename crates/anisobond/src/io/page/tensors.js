@@ -129,13 +129,12 @@ function waves() {
 
 /** The directional surface of Young's modulus: what was reached as surfaces, the last one shown, what was asked as lines. */
 function surfaces() {
-  const all = compared();
-  if (!all.length) return;
-  const title = "Young’s modulus by direction", without = all.filter((t) => !t.positive);
+  if (!compared().length) return;
+  const all = compared().filter((t) => t.positive), without = compared().filter((t) => !t.positive), title = "Young’s modulus by direction", notes = [];
   if (without.length) {
-    section("young", title, make("p", { class: "warning" }, `Not drawn: ${without.map((t) => `“${t.name}”`).join(" and ")} has a Kelvin modulus that is not positive, so that there is no compliance to take Young’s modulus from.`));
-    return;
+    notes.push(make("p", { class: "warning" }, `Not drawn: ${without.map((t) => `“${t.name}”`).join(" and ")} has a Kelvin modulus that is not positive, so that there is no compliance to take Young’s modulus from.`));
   }
+  if (!all.length) { section("young", title, ...notes); return; }
   const R = 72, C = 144, along = (i, j) => {
     const a = (Math.PI * i) / R, b = (2 * Math.PI * j) / C;
     return [Math.sin(a) * Math.cos(b), Math.sin(a) * Math.sin(b), Math.cos(a)];
@@ -172,6 +171,6 @@ function surfaces() {
   };
   const lines = all.length > 1 ? ` Red lines: ${all[0].name}; fainter where they lie within.` : "";
   const quantities = [{ name: "E", unit, range: range.map((x) => x / size) }];
-  section("young", title, picture("young", { quantities, layers, centre: [0, 0, 0], radius: (1.003 * Math.max(...values)) / size, count: 0, label: "Surface of Young's modulus by direction", help: `Distance from the centre is E along that direction.${lines}` }));
+  section("young", title, ...notes, picture("young", { quantities, layers, centre: [0, 0, 0], radius: (1.003 * Math.max(...values)) / size, count: 0, label: "Surface of Young's modulus by direction", help: `Distance from the centre is E along that direction.${lines}` }));
 }
 
