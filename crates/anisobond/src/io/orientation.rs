@@ -513,7 +513,7 @@ mod tests {
             ("{ bunge = [1, 2] }", "line 1, o.bunge: 3 numbers are needed, not 2"),
             ("{ bunge = [1, 2, true] }", "a number is needed, not a truth value"),
             ("{ bunge = [1, 2, inf] }", "inf is not finite"),
-            ("{}", "not a table"),
+            ("{}", "not an empty table"),
             ("3", "an orientation is needed, not 3"),
         ] {
             let tree = super::super::tree::parse_toml(&format!("o = {table}"), "f").unwrap();
