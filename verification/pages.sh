@@ -23,8 +23,11 @@ anisobond lattice "$results/packing.csv" cases/materials/rock.toml --contact-rad
 anisobond pack --number 400 --porosity 0.42 --seed 1 -o "$results/small.csv"
 anisobond element-test "$results/small.csv" cases/materials/rock.toml --contact-radius 1.6 -o "$results/element-test"
 anisobond run cases/wave.toml -o "$results/run"
+anisobond calibrate Te2W --model micropolar --horizon 3 -o "$results/micropolar"
+printf '[parameters]\ncontact_radius = [1.4, 1.6]\nmodel = ["central", "micropolar"]\n[fixed]\npacking = "small.csv"\nmaterial = "Si"\n' > "$results/sweep.toml"
+anisobond sweep "$results/sweep.toml" -o "$results/sweep"
 pages=()
-for kind in calibration lattice element-test run; do
+for kind in micropolar sweep calibration lattice element-test run; do
     anisobond report "$results/$kind" -o "$results/$kind.html"
     pages+=("$results/$kind.html")
 done

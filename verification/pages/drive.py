@@ -83,8 +83,15 @@ TURN = """(async () => {
     for (let i = 0; i < 10; i++) await press("ArrowLeft");
     const turned = seen(), milliseconds = (performance.now() - start) / 10;
     await press("c"); const cut = seen(); await press("+"); const zoomed = seen();
+    // Two fingers move apart.
+    const finger = (kind, pointerId, x) => canvas.dispatchEvent(new PointerEvent(kind, { pointerId, pointerType: "touch", clientX: x, clientY: 100, bubbles: true }));
+    canvas.setPointerCapture = () => {};
+    finger("pointerdown", 8, 100); finger("pointerdown", 9, 140); finger("pointermove", 9, 180); finger("pointerup", 8, 100); finger("pointerup", 9, 180); await frame();
+    const pinched = seen();
+    const mine = new KeyboardEvent("keydown", { key: "+", ctrlKey: true, bubbles: true, cancelable: true });
+    const left = canvas.dispatchEvent(mine);
     results.push({ label: canvas.getAttribute("aria-label").split(".")[0], focused: document.activeElement === canvas, drawn,
-      turned: differs(before, turned), cut: differs(turned, cut), zoomed: differs(cut, zoomed), milliseconds });
+      turned: differs(before, turned), cut: differs(turned, cut), zoomed: differs(cut, zoomed), pinched: differs(zoomed, pinched), left, milliseconds });
   }
   return JSON.stringify(results);
 })()"""
@@ -185,15 +192,22 @@ for page in arguments:
     print(f"{page}: {len(sections)} sections: {', '.join(sections)}")
     bad += not sections
     for r in json.loads(browser.run(TURN)):
-        fine = r["focused"] and min(r["drawn"], r["turned"], r["zoomed"]) > 100 and r["cut"] > 0
+        fine = r["focused"] and r["left"] and min(r["drawn"], r["turned"], r["zoomed"], r["pinched"]) > 100 and r["cut"] > 0
         bad += not fine
         print(f"  {'ok ' if fine else 'BAD'} {r['label']}: {r['drawn']} pixels, {r['turned']} change by turning, {r['cut']} by "
-              f"cutting, {r['zoomed']} by zooming; {r['milliseconds']:.0f} ms a frame (software)")
+              f"cutting, {r['zoomed']} by zooming, {r['pinched']} by two fingers; {r['milliseconds']:.0f} ms a frame (software)")
     back = "getComputedStyle(document.body).backgroundColor"
     light = browser.run(back)
     browser.run("document.getElementById('theme').click()")
     bad += light == browser.run(back)
-    fetched = browser.run("performance.getEntriesByType('resource').filter((e) => !e.name.startsWith('data:')).length")
+    fetched = browser.run("performance.getEntriesByType('resource').filter((e) => !/^(data|blob):/.test(e.name)).length")
+    # On paper: every picture has a copy, which is not empty, and nothing of it is left afterwards.
+    copies = browser.run("""dispatchEvent(new Event('beforeprint')); const copies = [...document.querySelectorAll('.paper')];
+      const filled = copies.filter((c) => new Set(c.getContext('2d').getImageData(0, 0, c.width, c.height).data).size > 8).length;
+      dispatchEvent(new Event('afterprint')); [filled, document.querySelectorAll('.view').length, document.querySelectorAll('.paper').length].join()""")
+    filled, views, kept = map(int, copies.split(","))
+    bad += filled != views or kept != 0
+    print(f"  {filled} of {views} pictures on paper")
     bad += fetched != 0 or bool(browser.errors)
     print(f"  {fetched} requests, errors: {browser.errors or 'none'}")
     if pictures:

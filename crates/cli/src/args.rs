@@ -375,7 +375,7 @@ pub struct ElementTest {
     /// Logarithmic strain of the dynamic test
     #[arg(long, default_value_t = -0.01, allow_negative_numbers = true)]
     pub strain: f64,
-    /// Folder for report, pictures and, of corrected or grid bonds, their table
+    /// Folder for report, pictures and bonds (CSV)
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
     /// Also write DIR/report.html, one page of all of it (see `anisobond report`)

@@ -54,10 +54,9 @@ pub fn test(args: &args::ElementTest) -> Result<Ending> {
         let subtitle = format!("contact radius {}", text::number(report.lattice.contact_radius));
         let mut files = vec![("element-test.json", io::json_file(&report)?)];
         files.extend(directional(&material, &subtitle, &tensors)?);
-        if study.correction.is_some() {
-            let bonds = io::lattice_bonds_csv(&study.lattice, &study.stiffness, &material.name);
-            files.push(("bonds.csv", bonds.into_bytes()));
-        }
+        let bonds = io::lattice_bonds_csv(&study.lattice, &study.stiffness, &material.name);
+        let packing = io::packing_text(&study.lattice.packing, io::PackingFormat::Csv);
+        files.extend([("bonds.csv", bonds.into_bytes()), ("packing.csv", packing.into_bytes())]);
         folder::write(folder, &files)?;
         report::beside(args.report, folder)?;
     }

@@ -61,6 +61,8 @@ enum Ending {
 ///
 /// Ctrl-C is taken over by the commands that can keep what they have finished; others leave it as it is.
 pub fn main_from(words: impl IntoIterator<Item = OsString>) -> u8 {
+    let words: Vec<OsString> = words.into_iter().collect();
+    report::typed(&words);
     let cli = match args::Cli::try_parse_from(words) {
         Ok(cli) => cli,
         // Help and versions come this way too, with code 0.

@@ -56,6 +56,12 @@ pub fn percent(x: f64) -> String {
     if x < 1e-14 { "0".into() } else { number(100.0 * x) }
 }
 
+/// A word as a shell takes it.
+pub fn in_shell(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_.,:/".contains(c);
+    if !word.is_empty() && word.chars().all(plain) { word.into() } else { format!("'{}'", word.replace('\'', "'\\''")) }
+}
+
 /// A title and words after it, broken at a width of [`WIDTH`]; lines after the first start where the words do.
 pub fn wrapped(title: &str, words: &str) -> String {
     let indent = title.chars().count();

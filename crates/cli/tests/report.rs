@@ -57,11 +57,12 @@ fn a_lattice_its_element_test_a_sweep_and_a_run_have_pages() {
     stdout(&["pack", "--number", "60", "--porosity", "0.4", "--seed", "3", "-o", &path("p.csv")]);
     stdout(&["lattice", &path("p.csv"), ROCK, "--contact-radius", "1.5", "-o", &path("l")]);
     let (_, data) = page(&path("l"));
-    assert_eq!(names(&data["tensors"], "name"), ["prescribed", "lattice"]);
+    assert_eq!(names(&data["tensors"], "name"), ["prescribed", "lattice", "best fit"]);
     assert_eq!((floats(&data["scene"]["spheres"]), data["scene"]["title"].as_str()), (240, Some("Lattice")));
     stdout(&["element-test", &path("p.csv"), ROCK, "--contact-radius", "1.5", "-o", &path("e")]);
     let (_, data) = page(&path("e"));
-    assert_eq!(names(&data["tensors"], "name"), ["prescribed", "lattice", "measured"]);
+    assert_eq!(names(&data["tensors"], "name"), ["prescribed", "lattice", "measured", "best fit"]);
+    assert_eq!((floats(&data["scene"]["spheres"]), data["scene"]["title"].as_str()), (240, Some("Lattice")));
     let table = format!(
         "[parameters]\ncontact_radius = [1.4, 1.5, 1.6]\n[fixed]\npacking = {:?}\nmaterial = {ROCK:?}\n",
         path("p.csv")
@@ -71,6 +72,8 @@ fn a_lattice_its_element_test_a_sweep_and_a_run_have_pages() {
     let (_, data) = page(&path("s"));
     assert_eq!(data["charts"][0]["x"], "contact radius");
     assert_eq!(data["charts"][0]["series"][0]["points"].as_array().unwrap().len(), 3);
+    let asked = data["facts"][0].to_string();
+    assert!(asked.contains("1.4, 1.5, 1.6") && asked.contains("packing (fixed)"), "{asked}");
     let case = "material = \"Si\"\ndensity = \"2330 kg/m3\"\nbody = { box = { size = \"6, 6, 6 mm\" } }\n\
                 [grid]\nspacing = \"1 mm\"\nhorizon = 2\n[[initial_velocity]]\non = \"x-max\"\nvelocity = \"1, 0, 0 m/s\"\n\
                 [motion]\nduration = \"1 us\"\n[[probe]]\nname = \"end\"\nquantity = \"displacement\"\non = \"x-max\"\n\
@@ -79,6 +82,12 @@ fn a_lattice_its_element_test_a_sweep_and_a_run_have_pages() {
     stdout(&["run", &case, "-o", &path("r")]);
     let (_, data) = page(&path("r"));
     assert_eq!(names(&data["pictures"], "name"), ["slice-1.apng"]);
+    assert_eq!(names(&data["pictures"], "caption"), ["velocity in a slice across z"]);
+    let asked = data["facts"][0].to_string();
+    assert!(
+        ["grid, spacing", "1 mm", "2330 kg/m3", "on x-max; velocity 1, 0, 0 m/s"].iter().all(|w| asked.contains(w)),
+        "{asked}"
+    );
     assert!(data["pictures"][0]["data"].as_str().unwrap().starts_with("data:image/png;base64,iVBORw0KGgo"));
     let charts = names(&data["charts"], "title");
     assert!(charts.iter().any(|c| c.contains("energies")) && charts.iter().any(|c| c == "end u (m)"), "{charts:?}");
@@ -129,4 +138,57 @@ fn a_page_is_written_beside_the_results_of_every_command() {
     stdout(&["run", &write(&folder, "case.toml", case), "-o", &path("r"), "--report"]);
     ["c", "l", "e", "g", "t", "s", "r"].into_iter().for_each(has_page);
     assert!(refused(&["calibrate", "Si", "--report"], 2).contains("--output"));
+}
+
+/// Waves are in m/s, whoever writes the page; numbers have units; what free rotations leave and nodal terms are shown.
+#[test]
+fn densities_units_and_every_tensor_are_shown() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let heavy =
+        "name = \"m\"\nclass = \"cubic\"\nunit = \"GPa\"\nc11 = 200\nc12 = 80\nc44 = 70\ndensity = \"2500 kg/m3\"\n";
+    let material = write(&folder, "m.toml", heavy);
+    stdout(&[
+        "calibrate",
+        &material,
+        "--horizon",
+        "3",
+        "--spacing",
+        "2 mm",
+        "--model",
+        "micropolar",
+        "-o",
+        &path("m"),
+        "--report",
+    ]);
+    let text = std::fs::read_to_string(folder.path().join("m/report.html")).unwrap();
+    assert!(text.contains("--model micropolar") && text.contains("anisobond calibrate"));
+    let (_, data) = page(&path("m"));
+    assert_eq!(data["density"], 2500.0);
+    assert_eq!(names(&data["tensors"], "name"), ["target", "reached by the sum over bonds", "with free rotations"]);
+    let facts = data["facts"].to_string();
+    assert!(["2500 kg/m³", "\"2 mm\"", "N/m⁶", " %", " GPa"].iter().all(|unit| facts.contains(unit)), "{facts}");
+    let columns = data["table"]["columns"].to_string();
+    assert!(columns.contains("c_t (N/m⁶)") && !columns.contains('_') || columns.contains("ξ_x (m)"), "{columns}");
+    stdout(&["calibrate", "Te2W", "--horizon", "3", "--model", "hybrid", "-o", &path("h")]);
+    let (_, data) = page(&path("h"));
+    assert_eq!(names(&data["tensors"], "name"), ["target", "reached", "of it by bonds", "nodal term Z"]);
+    assert_eq!(data["density"], Value::Null);
+}
+
+/// What a reader must know stands first, and a run that was stopped has a page that says so.
+#[test]
+fn warnings_and_unfinished_runs() {
+    let folder = folder();
+    let dir = folder.path().join("k").display().to_string();
+    stdout(&["calibrate", "KIO3", "--horizon", "1.5", "-o", &dir]);
+    let (_, data) = page(&dir);
+    let warnings = data["warnings"].to_string();
+    assert!(warnings.contains("out of reach") && warnings.contains("larger horizon"), "{warnings}");
+    let run = folder.path().join("r");
+    std::fs::create_dir(&run).unwrap();
+    std::fs::write(run.join("probes.csv"), "time_s,kinetic_J\n0.0,1.0\n1.0,2.0\n").unwrap();
+    let (_, data) = page(&run.display().to_string());
+    assert!(data["kind"].as_str().unwrap().contains("not finished"));
+    assert!(data["warnings"][0].as_str().unwrap().contains("no checkpoint"));
 }

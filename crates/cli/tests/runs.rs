@@ -5,7 +5,7 @@ mod common;
 use std::time::Duration;
 
 use common::torn::{checkpoint_exists, results, signal, start, torn, torn_packing};
-use common::{folder, json, refused, write};
+use common::{folder, json, refused, stdout, write};
 
 #[cfg(unix)]
 #[test]
@@ -55,6 +55,11 @@ fn interrupted(text: &str) {
             if how == "-INT" {
                 assert_eq!(output.status.code(), Some(130), "{message}");
                 assert!(message.contains("--resume"), "{message}");
+                // What the folder has so far has a page, written elsewhere.
+                let page = dir.path().join("stopped.html");
+                stdout(&["report", out.to_str().unwrap(), "-o", page.to_str().unwrap()]);
+                let page = std::fs::read_to_string(page).unwrap();
+                assert!(page.contains("This run stopped at step") && page.contains("--resume"));
             }
             resume = checkpoint_exists(&out);
             if !resume {

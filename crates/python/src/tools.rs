@@ -92,7 +92,7 @@ pub fn report(py: Python<'_>, folder: &Bound<'_, PyAny>, output: Option<&Bound<'
     let folder = convert::path(folder)?;
     let output = output.map_or_else(|| Ok(folder.join("report.html")), convert::path)?;
     background(py, move || {
-        write_atomically(&output, report_page(&folder)?)?;
+        write_atomically(&output, report_page(&folder, "")?)?;
         Ok(output)
     })
 }

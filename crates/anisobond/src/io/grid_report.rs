@@ -34,6 +34,9 @@ pub struct GridTestReport {
     pub material: String,
     /// Where its numbers come from.
     pub source: String,
+    /// Density (kg/m³), if known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub density: Option<f64>,
     /// central, micropolar or hybrid.
     pub model: Model,
     /// The neighbourhood.
@@ -87,6 +90,7 @@ impl GridTestReport {
         GridTestReport {
             material: material.name.clone(),
             source: material.source.clone(),
+            density: material.density,
             model: study.model,
             neighbourhood: NeighbourhoodReport::new(calibrator),
             cell: CellReport {

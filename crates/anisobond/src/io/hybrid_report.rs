@@ -19,6 +19,9 @@ pub struct HybridReport {
     pub material: String,
     /// Where its numbers come from.
     pub source: String,
+    /// Density (kg/m³), if known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub density: Option<f64>,
     /// Always "hybrid".
     pub model: Model,
     /// remainder or stable.
@@ -71,6 +74,7 @@ impl HybridReport {
         HybridReport {
             material: material.name.clone(),
             source: material.source.clone(),
+            density: material.density,
             model: Model::Hybrid,
             form: r.form,
             neighbourhood: neighbourhood.clone(),

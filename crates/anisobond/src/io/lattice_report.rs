@@ -18,6 +18,9 @@ pub struct LatticeReport {
     pub material: String,
     /// Where its numbers come from.
     pub source: String,
+    /// Density (kg/m³), if known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub density: Option<f64>,
     /// central, micropolar or hybrid.
     pub model: Model,
     /// Contact radius I_R.
@@ -89,6 +92,7 @@ impl LatticeReport {
         Ok(LatticeReport {
             material: material.name.clone(),
             source: material.source.clone(),
+            density: material.density,
             model: study.model,
             contact_radius: study.lattice.contact_radius,
             contacts: statistics.contacts,

@@ -13,6 +13,9 @@ pub struct MicropolarReport {
     pub material: String,
     /// Where its numbers come from.
     pub source: String,
+    /// Density (kg/m³), if known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub density: Option<f64>,
     /// Always "micropolar".
     pub model: Model,
     /// sum or free-rotations: which tensor was brought onto the target.
@@ -79,6 +82,7 @@ impl MicropolarReport {
         MicropolarReport {
             material: material.name.clone(),
             source: material.source.clone(),
+            density: material.density,
             model: Model::Micropolar,
             promise: r.promise,
             neighbourhood: neighbourhood.clone(),

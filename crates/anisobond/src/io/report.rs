@@ -131,6 +131,9 @@ pub struct CalibrationReport {
     pub material: String,
     /// Where its numbers come from.
     pub source: String,
+    /// Density (kg/m³), if known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub density: Option<f64>,
     /// Always "central".
     pub model: Model,
     /// The neighbourhood.
@@ -263,6 +266,7 @@ impl CalibrationReport {
         CalibrationReport {
             material: material.name.clone(),
             source: material.source.clone(),
+            density: material.density,
             model: Model::Central,
             neighbourhood: neighbourhood.clone(),
             target: r.target.voigt_rows(),

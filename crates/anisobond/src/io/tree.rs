@@ -96,6 +96,21 @@ impl Node {
         }
     }
 
+    /// The value as JSON.
+    pub fn json(&self) -> serde_json::Value {
+        match &self.kind {
+            Kind::Number(value) => serde_json::json!(value),
+            Kind::Text(text) => text.as_str().into(),
+            Kind::List(items) => items.iter().map(Node::json).collect(),
+            Kind::Table(entries) => {
+                let pairs = entries.iter().map(|e| (e.key.clone(), e.value.json()));
+                serde_json::Value::Object(pairs.collect())
+            }
+            Kind::Truth(truth) => (*truth).into(),
+            Kind::Null | Kind::Other(_) => serde_json::Value::Null,
+        }
+    }
+
     /// The value in the words of a message.
     pub fn described(&self) -> String {
         match &self.kind {

@@ -14,6 +14,7 @@ use serde_json::{Map, Value, json};
 
 use crate::args;
 use crate::calibrate::{Calibrated, shape_and_horizon};
+use crate::text::in_shell;
 
 /// More bonds than this take too long between two keys.
 const MOST_BONDS: f64 = 150_000.0;
@@ -98,7 +99,7 @@ impl Question {
         let seconds = start.elapsed().as_secs_f64();
         let (material, moduli) = (&done.material, BondModuli::of(&done.result));
         Ok(Answer {
-            page: calibration_page_data(material, &done.report, &done.neighbourhood, &moduli)?,
+            page: calibration_page_data(material, &done.report, &done.neighbourhood, &moduli, &self.command())?,
             material: material_text(material),
             case: calibrated_case(material, &done.neighbourhood, done.result.model()),
             command: self.command(),
@@ -161,12 +162,6 @@ impl Question {
         let words = ["anisobond calibrate".into(), in_shell(&material)].into_iter().chain(flags).chain(turns);
         words.collect::<Vec<String>>().join(" ")
     }
-}
-
-/// A word as a shell takes it.
-fn in_shell(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_.,:/".contains(c);
-    if !word.is_empty() && word.chars().all(plain) { word.into() } else { format!("'{}'", word.replace('\'', "'\\''")) }
 }
 
 impl Answer {

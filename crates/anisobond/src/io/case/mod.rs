@@ -92,6 +92,8 @@ pub struct CaseFile {
     schedule: Schedule,
     probes: Vec<ProbeStatement>,
     output: OutputPlan,
+    /// The file as it was read, overrides applied.
+    asked: serde_json::Value,
 }
 
 /// The lattice on which a case runs.
@@ -140,7 +142,8 @@ impl CaseFile {
     pub fn parse(text: &str, file: &str, overrides: &[String]) -> Result<Self> {
         let mut root = parse_toml(without_mark(text), file)?;
         overrides.iter().try_for_each(|o| overrides::set(&mut root, o))?;
-        CaseFile::of(&root, file).map_err(|e| e.at(file))
+        let case = CaseFile::of(&root, file).map_err(|e| e.at(file))?;
+        Ok(CaseFile { asked: root.json(), ..case })
     }
 
     fn of(root: &Node, file: &str) -> Result<Self> {
@@ -189,6 +192,7 @@ impl CaseFile {
             regions,
             conditions,
             schedule,
+            asked: serde_json::Value::Null,
         })
     }
 
@@ -200,6 +204,11 @@ impl CaseFile {
     /// What the file says about itself; empty if nothing.
     pub fn description(&self) -> &str {
         &self.description
+    }
+
+    /// What the file says, with what `overrides` replaced, in the words and units of who wrote it.
+    pub fn asked(&self) -> &serde_json::Value {
+        &self.asked
     }
 
     /// The grid around the body. Takes no memory.

@@ -6,8 +6,12 @@
 
 mod charts;
 mod facts;
+mod labels;
+mod numbers;
 mod scene;
+mod sweeps;
 mod table;
+mod tensors;
 
 use std::path::Path;
 
@@ -17,10 +21,13 @@ use serde::Serialize;
 use serde_json::Value;
 
 use self::charts::Chart;
+use self::facts::Section;
 use self::scene::Scene;
 use self::table::{Columns, TablePart};
+use self::tensors::Tensor;
 use super::bonds::{BondModuli, BondTable, bonds_csv};
 use super::model_report::ModelReport;
+use super::run::{CASE, stopped_at};
 use super::tree::read_text;
 use crate::lattice::Neighbourhood;
 use crate::tensor::Material;
@@ -31,52 +38,54 @@ use crate::{Error, Result};
 struct Page {
     title: String,
     kind: &'static str,
+    /// Of the program that writes the page.
     version: &'static str,
+    /// What was typed; empty where it is not known.
+    command: String,
     warnings: Vec<String>,
     /// Sections of labels and values.
-    facts: Vec<(String, Vec<(String, Value)>)>,
+    facts: Vec<Section>,
     tensors: Vec<Tensor>,
     /// Density (kg/m³), for wave speeds.
     density: Option<f64>,
     scene: Option<Scene>,
     charts_title: &'static str,
     charts: Vec<Chart>,
+    /// What is not drawn, and why; empty if nothing.
+    charts_note: String,
     cracks: Vec<Chart>,
     pictures: Vec<Picture>,
     table: Option<TablePart>,
 }
 
 #[derive(Serialize)]
-struct Tensor {
-    name: String,
-    /// Pa.
-    voigt: Vec<Vec<f64>>,
-}
-
-#[derive(Serialize)]
 struct Picture {
     name: String,
+    caption: String,
     /// A data URL.
     data: String,
 }
 
 /// The kinds of folders, by the file that tells them.
-const KINDS: [(&str, &str); 6] = [
+const KINDS: [(&str, &str); 7] = [
     ("calibration.json", CALIBRATION),
     ("element-test.json", "Element test"),
     ("lattice.json", "Lattice on a packing"),
     ("summary.json", "Run of a body"),
     ("results.csv", "Sweep"),
     ("calibrations.csv", "Calibration of a table"),
+    ("probes.csv", UNFINISHED),
 ];
 
 const CALIBRATION: &str = "Calibration of a grid";
+const UNFINISHED: &str = "Run of a body, not finished";
 
-/// The page of a folder that `calibrate`, `lattice`, `element-test`, `sweep` or `run` wrote.
+/// The page of a folder that `calibrate`, `lattice`, `element-test`, `sweep` or `run` wrote. `command` is what was typed,
+/// empty where it is not known.
 ///
 /// # Errors
 /// A folder without results, or with files that cannot be read.
-pub fn report_page(folder: impl AsRef<Path>) -> Result<String> {
+pub fn report_page(folder: impl AsRef<Path>, command: &str) -> Result<String> {
     let folder = folder.as_ref();
     let Some((file, kind)) = KINDS.into_iter().find(|(file, _)| folder.join(file).is_file()) else {
         return Err(Error::input(
@@ -84,21 +93,23 @@ pub fn report_page(folder: impl AsRef<Path>) -> Result<String> {
             "give a folder that calibrate, lattice, element-test, sweep or run wrote with -o",
         ));
     };
-    let report = match file.ends_with(".json") {
-        true => serde_json::from_str(&read_text(&folder.join(file))?).map_err(|e| {
-            Error::input(format!("{file} is damaged: {e}"), "write the folder again").at(folder.display())
-        })?,
-        false => Value::Null,
-    };
+    let report = if file.ends_with(".json") { read_json(folder, file)? } else { Value::Null };
+    let case = if folder.join(CASE).is_file() { read_json(folder, CASE)? } else { Value::Null };
     let name = folder.file_name().map_or_else(|| "results".into(), |n| n.to_string_lossy().into_owned());
-    let title = ["material", "case"].iter().find_map(|key| report[*key].as_str()).unwrap_or(&name);
+    let named = ["material", "case"].iter().find_map(|key| report[*key].as_str()).or(case["name"].as_str());
     let read = |name: &str| Columns::read(&folder.join(name));
     let (probes, results, cracks) = (read("probes.csv")?, read("results.csv")?, read("crack.csv")?);
-    let (charts_title, charts) = match (&probes, &results) {
-        (Some(probes), _) => ("History", charts::history(probes)),
-        (None, Some(results)) => ("Results over the parameters", charts::sweep(results)),
-        _ => ("Charts", Vec::new()),
+    let (charts_title, (charts, charts_note)) = match (&probes, &results) {
+        (Some(probes), _) => ("History", (charts::history(probes), String::new())),
+        (None, Some(results)) => ("Results over the parameters", sweeps::sweep(results)),
+        _ => ("Charts", Default::default()),
     };
+    let mut page = of_report(named.unwrap_or(&name), kind, &report);
+    let asked = if let Some(results) = &results { sweeps::asked(results) } else { facts::asked(&case) };
+    page.facts.splice(0..0, asked);
+    if kind == UNFINISHED {
+        page.warnings.push(unfinished(folder));
+    }
     let shown = [
         ("Results", results),
         ("Calibrations", read("calibrations.csv")?),
@@ -106,18 +117,36 @@ pub fn report_page(folder: impl AsRef<Path>) -> Result<String> {
         ("Bonds", read("bonds.csv")?),
     ];
     let page = Page {
+        command: command.into(),
         scene: scene::of_folder(folder)?,
         charts_title,
         charts,
+        charts_note,
         cracks: cracks.map_or(Vec::new(), |tips| charts::cracks(&tips)),
-        pictures: pictures(folder)?,
+        pictures: pictures(folder, &case)?,
         table: shown.into_iter().find_map(|(title, table)| Some(table?.part(title))),
-        ..of_report(title, kind, &report)
+        ..page
     };
     Ok(calibration_page(&json(&page)?))
 }
 
-/// The data of a calibration's page, as JSON.
+/// A JSON file of a folder.
+fn read_json(folder: &Path, file: &str) -> Result<Value> {
+    serde_json::from_str(&read_text(&folder.join(file))?)
+        .map_err(|e| Error::input(format!("{file} is damaged: {e}"), "write the folder again").at(folder.display()))
+}
+
+/// How far a run is that has no summary.
+fn unfinished(folder: &Path) -> String {
+    stopped_at(folder).map_or_else(
+        || "This run is not finished, and there is no checkpoint to go on from.".into(),
+        |[step, steps]| {
+            format!("This run stopped at step {step} of {steps}: run the same command with --resume to go on.")
+        },
+    )
+}
+
+/// The data of a calibration's page, as JSON. `command` is what would be typed for it.
 ///
 /// # Errors
 /// Moduli that are not those of the neighbourhood.
@@ -126,11 +155,12 @@ pub fn calibration_page_data(
     report: &ModelReport,
     neighbourhood: &Neighbourhood,
     moduli: &BondModuli,
+    command: &str,
 ) -> Result<String> {
     let report = serde_json::to_value(report).map_err(|e| Error::file("write", "the report", e.into()))?;
     let bonds = Columns::parse(&bonds_csv(neighbourhood, moduli, &material.name)?)?;
     json(&Page {
-        density: material.density,
+        command: command.into(),
         scene: Some(scene::neighbourhood(&BondTable::new(neighbourhood, moduli)?)),
         table: Some(bonds.part("Bonds")),
         ..of_report(&material.name, CALIBRATION, &report)
@@ -150,14 +180,15 @@ pub fn studio_page(start: &Value) -> String {
 
 /// What any report says of itself.
 fn of_report(title: &str, kind: &'static str, report: &Value) -> Page {
+    let tensors = tensors::tensors(report);
     Page {
         title: title.into(),
         kind,
         version: env!("CARGO_PKG_VERSION"),
-        warnings: facts::warnings(report),
+        warnings: tensors::warnings(report, &tensors),
         facts: facts::sections(report),
-        tensors: facts::tensors(report),
-        density: facts::density(report),
+        tensors,
+        density: report["density"].as_f64().filter(|d| *d > 0.0),
         ..Page::default()
     }
 }
@@ -172,6 +203,7 @@ fn whole(form: &str, script: &str, data: &str) -> String {
         include_str!("page.js"),
         include_str!("tensors.js"),
         include_str!("charts.js"),
+        include_str!("moving.js"),
         include_str!("view.js"),
         script,
     ];
@@ -189,7 +221,7 @@ fn encoded(bytes: &[u8]) -> String {
 }
 
 /// Animations of a run, and where there are none its last slices.
-fn pictures(folder: &Path) -> Result<Vec<Picture>> {
+fn pictures(folder: &Path, case: &Value) -> Result<Vec<Picture>> {
     let entries = std::fs::read_dir(folder).map_err(|e| Error::file("read", folder, e))?;
     let mut names: Vec<String> =
         entries.filter_map(|e| e.ok()?.file_name().into_string().ok()).filter(|n| n.starts_with("slice-")).collect();
@@ -205,7 +237,19 @@ fn pictures(folder: &Path) -> Result<Vec<Picture>> {
         .map(|name| {
             let path = folder.join(name);
             let bytes = std::fs::read(&path).map_err(|e| Error::file("read", &path, e))?;
-            Ok(Picture { name: name.clone(), data: format!("data:image/png;base64,{}", encoded(&bytes)) })
+            let data = format!("data:image/png;base64,{}", encoded(&bytes));
+            Ok(Picture { name: name.clone(), caption: caption(name, case), data })
         })
         .collect()
+}
+
+/// What a picture of a slice shows: "slice-1.apng" is the first that the case asks for.
+fn caption(name: &str, case: &Value) -> String {
+    let digits: String = name.chars().skip_while(|c| !c.is_ascii_digit()).take_while(char::is_ascii_digit).collect();
+    let slice = digits.parse::<usize>().ok().and_then(|n| n.checked_sub(1)).map(|n| &case["output"]["slices"][n]);
+    let text = |key: &str| slice.and_then(|s| s[key].as_str()).map(|s| s.replace('_', " "));
+    match (text("field"), text("axis")) {
+        (Some(field), Some(axis)) => format!("{field} in a slice across {axis}"),
+        _ => format!("slice {digits}"),
+    }
 }

@@ -2,6 +2,7 @@
 // The page of a result: everything is drawn from its data; nothing is fetched.
 
 const SVG = "http://www.w3.org/2000/svg";
+/** Told apart by those who do not see red or green too; charts add dashes. */
 const COLOURS = ["var(--accent)", "var(--second)", "var(--third)", "var(--fourth)", "var(--fifth)", "var(--quiet)"];
 
 /** What is shown. */
@@ -50,11 +51,22 @@ function factTable(facts) {
   return make("table", {}, make("tbody", {}, facts.map(([label, value]) => make("tr", {}, make("th", { scope: "row" }, label), make("td", {}, shown(value))))));
 }
 
-function tableSection({ title, columns, rows, all }) {
-  const note = rows.length < all ? `The first ${rows.length} of ${all} rows.` : `${all} rows.`;
-  const head = make("thead", {}, make("tr", {}, columns.map((c) => make("th", { scope: "col" }, c))));
-  const body = make("tbody", {}, rows.map((r) => make("tr", {}, r.map((c) => make("td", {}, shown(c))))));
-  section("table", title, make("p", {}, note), make("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": title }, make("table", {}, head, body)));
+/** Rows and columns of a table that are printed. */
+const PRINTED = [40, 12];
+
+function tableSection({ title, columns, rows, all, without }) {
+  const note = [rows.length < all ? `The first ${rows.length} of ${all} rows.` : `${all} rows.`];
+  if (without) note.push(`${without} columns that are the same in every row, or are told elsewhere, are left out.`);
+  const [most, widest] = PRINTED, unprinted = (n) => (n >= widest ? { class: "unprinted" } : {});
+  const head = make("thead", {}, make("tr", {}, columns.map((c, n) => make("th", { scope: "col", ...unprinted(n) }, c))));
+  // Of many rows some from all of the table are printed.
+  const step = Math.ceil(rows.length / most);
+  const body = make("tbody", {}, rows.map((r, k) => make("tr", k % step ? { class: "unprinted" } : {}, r.map((c, n) => make("td", unprinted(n), shown(c))))));
+  const paper = [];
+  if (step > 1) paper.push(`One row of ${step} is printed.`);
+  if (columns.length > widest) paper.push(`The first ${widest} of ${columns.length} columns are printed.`);
+  note.push(make("span", { class: "printed" }, ` ${paper.join(" ")}`));
+  section("table", title, make("p", {}, note[0], " ", ...note.slice(1)), make("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": title }, make("table", {}, head, body)));
 }
 
 /** Everything that the data hold, in place of what was shown before. */
@@ -71,13 +83,14 @@ function show(page) {
   if (first) pictures();
   const facts = data.facts.map(([title, facts]) => make("div", {}, make("h3", {}, title), factTable(facts)));
   const warnings = data.warnings.map((w) => make("p", { class: "warning" }, w));
-  if (facts.length || warnings.length) section("facts", "What was asked, what was reached", ...warnings, make("div", { class: "facts" }, facts), make("p", { class: "hint" }, "SI units (m, s, kg, Pa, N/m, J; micromoduli N/m⁶); horizons and semi-axes in spacings."));
+  const typed = data.command && !first ? [make("p", {}, make("code", {}, data.command))] : [];
+  if (facts.length || warnings.length) section("facts", "What was asked, what was reached", ...warnings, ...typed, make("div", { class: "facts" }, facts));
   tensors();
   if (!first) pictures();
   waves();
-  if (data.charts.length) section("charts", data.charts_title, make("div", { class: "row charts" }, drawnCharts(data.charts)));
-  if (data.cracks.length) section("cracks", "Cracks", make("div", { class: "row charts" }, drawnCharts(data.cracks)));
-  if (data.pictures.length) section("pictures", "Pictures", make("div", { class: "row charts" }, data.pictures.map((p) => make("figure", {}, make("img", { src: p.data, alt: p.name }), make("figcaption", {}, p.name)))));
+  if (data.charts.length || data.charts_note) section("charts", data.charts_title, ...(data.charts_note ? [make("p", {}, data.charts_note)] : []), ...drawnCharts(data.charts, "charts"));
+  if (data.cracks.length) section("cracks", "Cracks", ...drawnCharts(data.cracks, "cracks"));
+  if (data.pictures.length) section("pictures", "Pictures", make("div", { class: "row charts" }, data.pictures.map(moving)));
   if (data.table) tableSection(data.table);
   document.getElementById("footer").textContent = `anisobond ${data.version}. This page needs no network.`;
 }
@@ -87,9 +100,13 @@ function showPage() {
   show(JSON.parse(document.getElementById("data").textContent));
 }
 
+// Pictures are drawn anew when the background changes.
+const themeChanged = () => dispatchEvent(new Event("theme"));
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", themeChanged);
 document.getElementById("theme").addEventListener("click", () => {
   const root = document.documentElement;
   const dark = root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
   root.dataset.theme = dark ? "light" : "dark";
+  themeChanged();
 });
 

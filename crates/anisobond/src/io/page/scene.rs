@@ -122,11 +122,19 @@ fn lattice(folder: &Path, path: &Path) -> Result<Scene> {
     }
     Ok(Scene {
         title: "Lattice",
-        help: format!(
-            "{} spheres, coloured by the mean stiffness of their bonds, and {} bonds, coloured by their own.",
-            packing.len(),
-            bonds.len()
-        ),
+        help: match drawn(&bonds).len() {
+            0 => format!(
+                "{} spheres, coloured by the mean stiffness of their bonds. Their {} bonds are not drawn: a picture takes \
+                 at most {MOST_BONDS}.",
+                packing.len(),
+                bonds.len()
+            ),
+            _ => format!(
+                "{} spheres, coloured by the mean stiffness of their bonds, and {} bonds, coloured by their own.",
+                packing.len(),
+                bonds.len()
+            ),
+        },
         spheres: packed(centres.iter().zip(packing.radii()).flat_map(|(x, r)| [x.x, x.y, x.z, *r])),
         lines: packed(drawn(&bonds).iter().flat_map(line)),
         quantities,

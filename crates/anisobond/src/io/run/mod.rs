@@ -17,7 +17,7 @@ use self::frames::Frames;
 use self::subject::Subject;
 pub use self::summary::{PackingSummary, RunSummary};
 use super::results::{Checkpoints, ProbeTable};
-use super::{CaseFile, LatticeKind, write_atomically};
+use super::{CaseFile, LatticeKind, json_file, write_atomically};
 use crate::experiment::{Ledger, PackingProblem, PackingSimulation, Problem, Simulation};
 use crate::{Error, Result};
 
@@ -75,16 +75,35 @@ struct About {
     frame_times: Vec<f64>,
     simulation: String,
     seconds: f64,
+    /// Steps done, and steps in all.
+    #[serde(default)]
+    steps: Option<[u64; 2]>,
 }
 
-/// Runs a case on its lattice to the end, or until it is stopped.
+/// The file that says what a run was asked to do: its case, as JSON.
+pub(super) const CASE: &str = "case.json";
+
+/// Steps done and steps in all of the run whose checkpoint is in a folder; `None` without a checkpoint that says so.
+pub(super) fn stopped_at(folder: &Path) -> Option<[u64; 2]> {
+    let checkpoints = Checkpoints::in_folder(folder);
+    let state = checkpoints.exist().then(|| checkpoints.load().ok()).flatten()?.0;
+    serde_json::from_str::<About>(&state.about).ok()?.steps
+}
+
+/// Runs a case on its lattice to the end, or until it is stopped. Its folder also has what the case says (`case.json`).
 ///
 /// # Errors
 /// As [`run_problem`] and [`CaseFile::problem`].
 pub fn run_case(case: &CaseFile, options: &RunOptions, progress: impl FnMut(&RunProgress)) -> Result<RunSummary> {
     match case.lattice() {
-        LatticeKind::Grid => run_problem(case.problem()?, options, progress),
-        LatticeKind::Packing => run_packing_problem(case.packing_problem()?, options, progress),
+        LatticeKind::Grid => {
+            let problem = case.problem()?;
+            run(|| Simulation::new(problem), options, Some(case.asked()), progress)
+        }
+        LatticeKind::Packing => {
+            let problem = case.packing_problem()?;
+            run(|| PackingSimulation::new(problem), options, Some(case.asked()), progress)
+        }
     }
 }
 
@@ -94,7 +113,7 @@ pub fn run_case(case: &CaseFile, options: &RunOptions, progress: impl FnMut(&Run
 /// A problem that cannot be run; files that cannot be written; a folder with results, or with a checkpoint of another
 /// case; numbers that are none in flight; interruption, with the checkpoint to go on from.
 pub fn run_problem(problem: Problem, options: &RunOptions, progress: impl FnMut(&RunProgress)) -> Result<RunSummary> {
-    run(|| Simulation::new(problem), options, progress)
+    run(|| Simulation::new(problem), options, None, progress)
 }
 
 /// Runs a problem on a packing, as [`run_problem`] does on a grid.
@@ -106,15 +125,16 @@ pub fn run_packing_problem(
     options: &RunOptions,
     progress: impl FnMut(&RunProgress),
 ) -> Result<RunSummary> {
-    run(|| PackingSimulation::new(problem), options, progress)
+    run(|| PackingSimulation::new(problem), options, None, progress)
 }
 
 fn run<S: Subject>(
     prepare: impl FnOnce() -> Result<S>,
     options: &RunOptions,
+    asked: Option<&serde_json::Value>,
     mut progress: impl FnMut(&RunProgress),
 ) -> Result<RunSummary> {
-    let mut run = Run::begin(prepare, options)?;
+    let mut run = Run::begin(prepare, options, asked)?;
     let (started, first_step) = (Instant::now(), run.simulation.step());
     let mut saved = Instant::now();
     while !run.finished() {
@@ -156,7 +176,11 @@ struct Run<S> {
 }
 
 impl<S: Subject> Run<S> {
-    fn begin(prepare: impl FnOnce() -> Result<S>, options: &RunOptions) -> Result<Self> {
+    fn begin(
+        prepare: impl FnOnce() -> Result<S>,
+        options: &RunOptions,
+        asked: Option<&serde_json::Value>,
+    ) -> Result<Self> {
         let folder = options.folder;
         let checkpoints = Checkpoints::in_folder(folder);
         let probes = folder.join("probes.csv");
@@ -194,6 +218,9 @@ impl<S: Subject> Run<S> {
         }
         let simulation = prepare()?;
         std::fs::create_dir_all(folder).map_err(|e| Error::file("create", folder, e))?;
+        if let Some(asked) = asked {
+            write_atomically(folder.join(CASE), json_file(asked)?)?;
+        }
         let probes = ProbeTable::create(probes, &columns(&simulation))?;
         let mut run = Run {
             folder: folder.to_path_buf(),
@@ -273,6 +300,7 @@ impl<S: Subject> Run<S> {
             frame_times: self.frames.times(),
             simulation: std::mem::take(&mut state.about),
             seconds: self.seconds(),
+            steps: Some([self.simulation.step(), self.simulation.steps()]),
         };
         state.about = serde_json::to_string(&about).map_err(|e| Error::file("write", &self.folder, e.into()))?;
         self.checkpoints.save(&state)
