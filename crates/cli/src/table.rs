@@ -28,7 +28,7 @@ pub fn run(args: &args::Calibrate, calibrator: &ModelCalibrator) -> Result<Endin
     let all = table.rows.len();
     if results.finished() < all {
         let rest = match &args.output {
-            Some(folder) => format!("they are kept in {}; run the same command to go on", folder.display()),
+            Some(folder) => format!("they are kept in {}; run the same again to go on", folder.display()),
             None => "they are lost; with -o DIR finished rows are kept".into(),
         };
         return Err(Error::Interrupted { message: format!("{} of {all} rows are done; {rest}", results.finished()) });

@@ -212,7 +212,7 @@ fn interrupted_it_keeps_what_is_finished() {
     let output = child.wait_with_output().unwrap();
     let message = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(130), "{message}");
-    assert!(message.contains("of 20000 rows are done") && message.contains("run the same command"), "{message}");
+    assert!(message.contains("of 20000 rows are done") && message.contains("run the same again"), "{message}");
     let done = std::fs::read_to_string(&journal).unwrap().lines().count();
     assert!(message.contains(&format!("interrupted: {done} of")), "{done}: {message}");
     assert!(!out.join("calibrations.csv").exists());
@@ -507,7 +507,7 @@ fn an_interrupted_sweep_keeps_what_is_finished() {
     let output = child.wait_with_output().unwrap();
     let message = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(130), "{message}");
-    assert!(message.contains("of 400 jobs are finished") && message.contains("run the same command"), "{message}");
+    assert!(message.contains("of 400 jobs are finished") && message.contains("run the same again"), "{message}");
 }
 
 #[test]

@@ -210,7 +210,18 @@ fn packings_and_sheared_bonds_are_systems_that_measure_the_tensor() {
     stdout(&["export", &path("lattice"), "--to", "matrix-market"]);
     let exported = folder.path().join("lattice/matrix-market");
     close(&of_matrix_market(&exported), &expected(&exported), 1e-7);
-    refused(&["export", &path("lattice"), "--to", "lammps"], &["tangential", "central", "numpy"]);
+    // LAMMPS takes both stiffnesses, by type.
+    stdout(&["export", &path("lattice"), "--to", "lammps"]);
+    let lammps = folder.path().join("lattice/lammps");
+    let coefficients: Vec<Vec<f64>> =
+        text(&lammps.join("bonds.coeffs")).lines().filter(|l| !l.starts_with('#')).map(numbers).collect();
+    let sections = sections(&text(&lammps.join("bonds.data")));
+    let of_bond: Vec<[f64; 2]> = sections["Bonds"]
+        .iter()
+        .map(|b| [coefficients[b[1] as usize - 1][1], coefficients[b[1] as usize - 1][2]])
+        .collect();
+    // Diameters and densities are of positive masses and inertias.
+    assert!(sections["Atoms"].iter().all(|a| a[3] > 0.0 && a[4] > 0.0 && a.iter().all(|x| x.is_finite())));
     refused(&["export", &path("lattice"), "--to", "calculix"], &["tangential", "CalculiX"]);
     // Yade takes both stiffnesses; the sums over bonds of the array files are the same.
     stdout(&["export", &path("lattice"), "--to", "yade"]);
@@ -219,6 +230,7 @@ fn packings_and_sheared_bonds_are_systems_that_measure_the_tensor() {
     let arrays = folder.path().join("lattice/numpy");
     let (branches, stiffness) = (floats(&arrays.join("branches.npy")), floats(&arrays.join("stiffness.npy")));
     assert_eq!(yade.len(), stiffness.len() / 2);
+    assert!(of_bond.iter().zip(stiffness.chunks(2)).all(|(a, b)| a == b) && of_bond.len() == yade.len());
     for ((l, k, t), (branch, own)) in yade.iter().zip(branches.chunks(3).zip(stiffness.chunks(2))) {
         assert!((l - Vector3::from_column_slice(branch)).norm() < 1e-12 * l.norm());
         assert_eq!([*k, *t], own);

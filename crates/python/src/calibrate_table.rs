@@ -53,7 +53,7 @@ pub fn calibrate_table<'py>(
         let results = io::calibrate_table(&rows, &calibrator, journal.as_mut(), stop, each)?;
         if results.finished() < all {
             let rest = match &output {
-                Some(folder) => format!("they are kept in {}; the same again goes on", folder.display()),
+                Some(folder) => format!("they are kept in {}; run the same again to go on", folder.display()),
                 None => "they are lost; with a folder for the output finished rows are kept".into(),
             };
             let message = format!("{} of {all} rows are done; {rest}", results.finished());

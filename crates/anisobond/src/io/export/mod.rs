@@ -22,7 +22,7 @@ use crate::{Error, Result};
 /// A program, or a format, that takes bonds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Engine {
-    /// LAMMPS: a data file with harmonic bonds, and an input.
+    /// LAMMPS: a data file with bonds (harmonic, or bpm/rotational with tangential stiffness), and an input.
     Lammps,
     /// Abaqus: truss elements (T3D2) with periodic equations.
     Abaqus,
@@ -86,7 +86,7 @@ pub fn export(cell: &BondedCell, engine: Engine) -> Result<Export> {
         refuse_nodal(cell)?;
     }
     let files = match engine {
-        Engine::Lammps => lammps::files(cell)?,
+        Engine::Lammps => lammps::files(cell),
         Engine::Abaqus => truss::files(cell, truss::Element::Truss)?,
         Engine::Calculix => truss::files(cell, truss::Element::Spring)?,
         Engine::Yade => spheres::files(cell, spheres::YADE),
@@ -143,6 +143,6 @@ fn refuse_tangential(cell: &BondedCell, engine: &str, why: &str) -> Result<()> {
     }
     Err(Error::input(
         format!("the bonds have tangential stiffness, which {engine} cannot express: {why}"),
-        "export bonds of the central model, or to yade, woo, matrix-market or numpy",
+        "export bonds of the central model, or to lammps, yade, woo, matrix-market or numpy",
     ))
 }
