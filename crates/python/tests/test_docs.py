@@ -95,3 +95,11 @@ def test_notebooks(path, packing, monkeypatch):
             exec(compile("".join(cell["source"]), f"{path.name}, cell {number}", "exec"), names)
     assert drawn >= 3
     print(f"{path.name}: {drawn} figures, {time.monotonic() - begun:.0f} s")
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.stem)
+def test_notebooks_hold_their_figures(path):
+    """For those who only look: `verification/notebooks.py` keeps what the cells draw."""
+    for number, cell in enumerate(json.loads(path.read_text())["cells"], 1):
+        if "plt.show()" in "".join(cell["source"]) and cell["cell_type"] == "code" and "def " not in "".join(cell["source"]):
+            assert any("image/png" in o.get("data", {}) for o in cell["outputs"]), f"{path.name}, cell {number}"
