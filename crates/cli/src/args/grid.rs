@@ -1,0 +1,177 @@
+//! Words of `tensor`, `calibrate` and `advise`: tensors, and bonds of grids.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+/// Say everything of a stiffness tensor that needs no lattice: definiteness, moduli, extremes, waves, symmetry class,
+/// and what central bonds can reach of it
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  anisobond tensor KIO3
+  anisobond tensor rock.toml --json
+  anisobond tensor Si --density '2330 kg/m3' --direction 1,1,1
+  anisobond tensor crystals.csv --row mp-149 --tolerance 0.01")]
+pub struct Tensor {
+    /// Built-in name (see `anisobond materials`) or the path of a material file
+    pub material: String,
+    #[command(flatten)]
+    pub table: TableArgs,
+    /// Largest relative distance at which a symmetry counts as present
+    #[arg(long, default_value_t = anisobond::tensor::SYMMETRY_TOLERANCE, allow_negative_numbers = true)]
+    pub tolerance: f64,
+    /// Density, as '2650 kg/m3' (over the file's own)
+    #[arg(long, allow_hyphen_values = true)]
+    pub density: Option<String>,
+    /// Also give Young's modulus, compressibility and waves along x,y,z (repeatable)
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    pub direction: Vec<String>,
+    /// Print one JSON document
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Calibrate the bonds of a regular grid to a stiffness tensor: least-norm non-negative micromoduli, with the evidence
+/// of how good they are and, where they are not, why; and whether the grid's waves are stable
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  anisobond calibrate KIO3
+  anisobond calibrate rock.toml --horizon 3 --spacing '2 mm' -o rock
+  anisobond calibrate Te2W --shape ellipsoid --semi-axes 4,5,6 --influence constant --json
+  anisobond calibrate Pyroceram --influence constant --lower-bound max
+  anisobond calibrate Te2W --model hybrid --horizon 3 -o te2w  # exact and stable: bonds and a nodal term
+  anisobond calibrate Si --model micropolar --promise free-rotations
+  anisobond calibrate crystals.csv --horizon 3 -o crystals     # a table: interrupted, it goes on where it was
+  anisobond calibrate crystals.csv --jsonl > crystals.jsonl
+
+Exit codes: 0 done, 2 bad input, 3 --require-exact asked and not reached, 130 interrupted.")]
+pub struct Calibrate {
+    /// Built-in name, material file (TOML, JSON) or table of materials (CSV, JSON list, JSON Lines)
+    #[arg(value_name = "MATERIAL|TABLE")]
+    pub material: String,
+    #[command(flatten)]
+    pub table: TableArgs,
+    #[command(flatten)]
+    pub neighbourhood: NeighbourhoodArgs,
+    /// What the grid is made of; `anisobond advise` says which one a material needs
+    #[arg(long, value_enum, default_value_t = ModelName::Central)]
+    pub model: ModelName,
+    /// How hybrid shares the tensor between bonds and nodal term [default: remainder where its waves are stable, else
+    /// stable]
+    #[arg(long, value_enum)]
+    pub form: Option<FormName>,
+    /// Which tensor micropolar bonds bring onto the target: their sum, or what free node rotations leave of it
+    /// [default: sum]
+    #[arg(long, value_enum)]
+    pub promise: Option<PromiseName>,
+    /// Least micromodulus of every bond (N/m⁶), or `max` for the largest that is feasible; central only [default: 0]
+    #[arg(long, value_name = "X|max", allow_hyphen_values = true)]
+    pub lower_bound: Option<String>,
+    /// Exit with code 3 unless the model promises the target to this relative error
+    #[arg(long, value_name = "ERROR", num_args = 0..=1, default_missing_value = "1e-9", require_equals = true)]
+    pub require_exact: Option<f64>,
+    /// Folder for the results: bonds, report, VTK file and pictures; of a table, one CSV
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// Also write DIR/report.html, one page of all of it (see `anisobond report`)
+    #[arg(long, requires = "output")]
+    pub report: bool,
+    /// Normal x,y,z of a cut in the picture (repeatable) [default: 0,-1,0 and 0,0,1]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    pub cut: Vec<String>,
+    /// Print one JSON document
+    #[arg(long, conflicts_with = "jsonl")]
+    pub json: bool,
+    /// Print one JSON line per row of a table, in its order
+    #[arg(long)]
+    pub jsonl: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ModelName {
+    /// Normal bonds: Cauchy-symmetric tensors
+    Central,
+    /// Normal and tangential bonds, node rotations free
+    Micropolar,
+    /// Normal bonds and a nodal term: every positive definite tensor
+    Hybrid,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum FormName {
+    /// The central bonds; the nodal term is what they leave
+    Remainder,
+    /// A positive nodal term of least trace, bonds above a positive floor
+    Stable,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum PromiseName {
+    /// The sum over bonds at uniform strain without node rotations
+    Sum,
+    /// What an element test of the perfect grid measures
+    FreeRotations,
+}
+
+/// Say which model a stiffness tensor needs: what each reaches, how stable it is and what it costs
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  anisobond advise KIO3
+  anisobond advise rock.toml --json
+  anisobond advise crystals.csv --row mp-149")]
+pub struct Advise {
+    /// Built-in name or the path of a material file
+    pub material: String,
+    #[command(flatten)]
+    pub table: TableArgs,
+    /// Print one JSON document
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// How rows of a table are read.
+#[derive(Args)]
+pub struct TableArgs {
+    /// Row of a table, by identifier
+    #[arg(long, value_name = "ID")]
+    pub row: Option<String>,
+    /// Unit of a table that names none [default: GPa]
+    #[arg(long)]
+    pub unit: Option<String>,
+}
+
+/// Which grid points are bonded, and how much each bond counts.
+#[derive(Args)]
+#[command(next_help_heading = "Neighbourhood")]
+pub struct NeighbourhoodArgs {
+    /// Horizon δ in grid spacings, or a length as '6 mm' [default: 6, or the longest semi-axis]
+    #[arg(long, allow_hyphen_values = true)]
+    pub horizon: Option<String>,
+    /// Shape
+    #[arg(long, value_enum, default_value_t = ShapeName::Sphere)]
+    pub shape: ShapeName,
+    /// Semi-axes a,b,c of a cuboid or an ellipsoid, in grid spacings [default: 4δ/6, 5δ/6, δ]
+    #[arg(long, value_name = "A,B,C", allow_hyphen_values = true)]
+    pub semi_axes: Option<String>,
+    /// Influence function: constant, inverse (δ/r), hat (1 − r/δ), power (1 − (r/δ)^1.5), or a CSV file of r/δ, ω
+    #[arg(long, default_value = "inverse", value_name = "NAME|FILE")]
+    pub influence: String,
+    /// Grid spacing Δ in m, or a length as '2 mm'
+    #[arg(long, default_value = "1", allow_hyphen_values = true)]
+    pub spacing: String,
+    /// Turn or mirror the neighbourhood: axis:0,0,1,60 · bunge:10,20,30 · xyz:30,30,30 · mirror:1,0,0 · … (degrees;
+    /// repeatable, applied in order)
+    #[arg(long, value_name = "FORM:NUMBERS")]
+    pub rotate: Vec<String>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum ShapeName {
+    Sphere,
+    Cube,
+    Cuboid,
+    Ellipsoid,
+}
