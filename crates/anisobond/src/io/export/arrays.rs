@@ -3,10 +3,11 @@
 //! Unknowns are displacements and, where bonds have tangential stiffness, rotations of every node. With K the stiffness
 //! matrix, F the forces of the six unit strains and A their energies at uniform strain, C = (A − Fᵀ K⁺ F)/V.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fmt::Write;
 
-use nalgebra::{Matrix3, Matrix6, Matrix6x3, SMatrix, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix3x6, Matrix6, Matrix6x3, SMatrix, Vector3, Vector6};
+use rayon::prelude::*;
 
 use super::{BondedCell, ExportFile};
 use crate::Result;
@@ -24,8 +25,8 @@ type Ends = SMatrix<f64, 3, 12>;
 struct System {
     /// Unknowns of a node: displacements, or with rotations.
     per_node: usize,
-    /// The upper triangle of K, by column and row.
-    stiffness: BTreeMap<[usize; 2], f64>,
+    /// What adds to the lower triangle of K, by column: rows and values.
+    columns: Vec<Vec<(usize, f64)>>,
     /// The forces that a strain of the cell puts on the nodes, of six unit strains.
     forces: Vec<[f64; 6]>,
     /// Twice the energy of pairs of unit strains, nodes following.
@@ -36,8 +37,9 @@ impl System {
     fn new(cell: &BondedCell) -> Result<Self> {
         let rotations = cell.bonds.iter().any(|b| b.tangential != 0.0);
         let per_node = if rotations { 6 } else { 3 };
-        let forces = vec![[0.0; 6]; per_node * cell.nodes.len()];
-        let mut system = System { per_node, stiffness: BTreeMap::new(), forces, uniform: Matrix6::zeros() };
+        let size = per_node * cell.nodes.len();
+        let (columns, forces) = (vec![Vec::new(); size], vec![[0.0; 6]; size]);
+        let mut system = System { per_node, columns, forces, uniform: Matrix6::zeros() };
         cell.bonds.iter().for_each(|bond| system.add_bond(bond));
         if let Some(term) = &cell.nodal {
             system.add_nodal(cell, term)?;
@@ -60,7 +62,7 @@ impl System {
         for (i, row) in unknowns.clone() {
             (0..6).for_each(|case| self.forces[row][case] -= f[(i, case)]);
             for (j, column) in unknowns.clone().filter(|&(_, column)| column <= row) {
-                *self.stiffness.entry([column, row]).or_insert(0.0) += k[(i, j)];
+                self.add(column, row, k[(i, j)]);
             }
         }
     }
@@ -70,50 +72,93 @@ impl System {
         let per_node = self.per_node;
         let z = term.stiffness.mandel();
         let unit = Matrix6::from_diagonal(&Vector6::from_fn(|case, _| 1.0 / mandel_weight(case)));
-        // Row by row of B: what the displacements of which node add to ε̄.
-        let mut averages: Vec<BTreeMap<usize, Matrix6x3<f64>>> = vec![BTreeMap::new(); cell.nodes.len()];
-        for (bond, at) in cell.bonds.iter().zip(term.gradients(cell.nodes.len(), &cell.bonds)?) {
-            let ends = [bond.a as usize, bond.b as usize];
-            for (node, g) in ends.into_iter().zip(at).filter(|(_, g)| *g != Vector3::zeros()) {
-                let part = symmetric_part(&g);
-                *averages[node].entry(ends[1]).or_insert_with(Matrix6x3::zeros) += part;
-                *averages[node].entry(ends[0]).or_insert_with(Matrix6x3::zeros) -= part;
+        let averages = averages(cell, term)?;
+        // The nodes whose average strain a node's displacements are part of.
+        let mut part_of: Vec<Vec<(usize, Matrix6x3<f64>)>> = vec![Vec::new(); averages.len()];
+        for (node, average) in averages.iter().enumerate().filter(|(_, average)| !average.is_empty()) {
+            self.uniform += term.volumes[node] * unit * z * unit;
+            for (&moved, b) in average {
+                part_of[moved].push((node, *b));
             }
         }
-        for (average, volume) in averages.iter().zip(&term.volumes).filter(|(average, _)| !average.is_empty()) {
-            self.uniform += *volume * unit * z * unit;
-            for (&row, left) in average {
-                let stress = *volume * left.transpose() * z;
-                let force = stress * unit;
-                for i in 0..3 {
-                    (0..6).for_each(|case| self.forces[per_node * row + i][case] -= force[(i, case)]);
+        // Row by row of nodes: V Bᵀ Z and what it meets.
+        let rows = part_of.par_iter().enumerate().map(|(row, part_of)| {
+            let mut force = Matrix3x6::zeros();
+            let mut blocks: HashMap<usize, Matrix3<f64>> = HashMap::new();
+            for (node, b) in part_of {
+                let stress = term.volumes[*node] * b.transpose() * z;
+                force += stress * unit;
+                for (&column, right) in averages[*node].range(..=row) {
+                    *blocks.entry(column).or_insert_with(Matrix3::zeros) += stress * right;
                 }
-                for (&column, right) in average.range(..=row) {
-                    let k = stress * right;
-                    for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
-                        let place = [per_node * column + j, per_node * row + i];
-                        if place[0] <= place[1] {
-                            *self.stiffness.entry(place).or_insert(0.0) += k[(i, j)];
-                        }
+            }
+            (force, blocks)
+        });
+        for (row, (force, blocks)) in rows.collect::<Vec<_>>().into_iter().enumerate() {
+            for i in 0..3 {
+                (0..6).for_each(|case| self.forces[per_node * row + i][case] -= force[(i, case)]);
+            }
+            for (column, k) in blocks {
+                for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
+                    if column < row || j <= i {
+                        self.add(per_node * column + j, per_node * row + i, k[(i, j)]);
                     }
                 }
             }
         }
         Ok(())
     }
+
+    /// K += a value at a column and a row not above it.
+    fn add(&mut self, column: usize, row: usize, value: f64) {
+        self.columns[column].push((row, value));
+    }
+
+    /// Every entry once, rows rising.
+    fn gather(&mut self) {
+        for column in &mut self.columns {
+            // In the order in which they were added: sums do not depend on chance.
+            column.sort_by_key(|entry| entry.0);
+            column.dedup_by(|next, kept| {
+                let same = next.0 == kept.0;
+                if same {
+                    kept.1 += next.1;
+                }
+                same
+            });
+        }
+    }
+}
+
+/// B of every node: what the displacements of which node add to its ε̄.
+fn averages(cell: &BondedCell, term: &NodalTerm) -> Result<Vec<BTreeMap<usize, Matrix6x3<f64>>>> {
+    let mut averages = vec![BTreeMap::new(); cell.nodes.len()];
+    for (bond, at) in cell.bonds.iter().zip(term.gradients(cell.nodes.len(), &cell.bonds)?) {
+        let ends = [bond.a as usize, bond.b as usize];
+        for (node, g) in ends.into_iter().zip(at).filter(|(_, g)| *g != Vector3::zeros()) {
+            let part = symmetric_part(&g);
+            *averages[node].entry(ends[1]).or_insert_with(Matrix6x3::zeros) += part;
+            *averages[node].entry(ends[0]).or_insert_with(Matrix6x3::zeros) -= part;
+        }
+    }
+    Ok(averages)
 }
 
 /// The files `stiffness.mtx`, `forces.mtx`, `uniform.mtx` and a script that solves them.
 pub(super) fn matrix_market(cell: &BondedCell) -> Result<Vec<ExportFile>> {
-    let System { per_node, stiffness, forces, uniform } = System::new(cell)?;
+    let mut system = System::new(cell)?;
+    system.gather();
+    let System { per_node, columns, forces, uniform } = system;
     let size = forces.len();
     let mut matrix = format!(
         "%%MatrixMarket matrix coordinate real symmetric\n% Stiffness: {} of every node in turn; N/m, N, N m.\n{size} {size} {}\n",
         if per_node == 6 { "u_x u_y u_z θ_x θ_y θ_z" } else { "u_x u_y u_z" },
-        stiffness.len()
+        columns.iter().map(Vec::len).sum::<usize>()
     );
-    for ([column, row], value) in &stiffness {
-        let _ = writeln!(matrix, "{} {} {value:?}", row + 1, column + 1);
+    for (column, entries) in columns.iter().enumerate() {
+        for (row, value) in entries {
+            let _ = writeln!(matrix, "{} {} {value:?}", row + 1, column + 1);
+        }
     }
     let dense = |comment: &str, rows: usize, value: &dyn Fn(usize, usize) -> f64| {
         let mut text = format!("%%MatrixMarket matrix array real general\n% {comment}\n{rows} 6\n");
