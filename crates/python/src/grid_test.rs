@@ -62,6 +62,12 @@ impl GridTest {
         self.report.relative_error
     }
 
+    /// Whether the solver converged; else the values are not final.
+    #[getter]
+    fn converged(&self) -> bool {
+        self.report.solver.converged
+    }
+
     /// ‖target − measured‖/‖target‖.
     #[getter]
     fn target_error(&self) -> f64 {
