@@ -12,7 +12,7 @@ use anisobond::io::lattice_report::Checks;
 use anisobond::io::report::Voigt;
 use anisobond::io::{self, ElementTestReport, LatticeReport, picture};
 use anisobond::tensor::{Material, Stiffness};
-use nalgebra::{Matrix6, Vector3};
+use nalgebra::Vector3;
 
 use crate::waiting::watched;
 use crate::{Ending, args, folder, grid_test, report, text};
@@ -49,7 +49,7 @@ pub fn test(args: &args::ElementTest) -> Result<Ending> {
         }
     };
     if let Some(folder) = &args.output {
-        let measured = stiffness_of(&report.measured)?;
+        let measured = Stiffness::from_voigt_rows(&report.measured)?;
         let tensors = [("prescribed", &study.prescribed), ("measured", &measured)];
         let subtitle = format!("contact radius {}", text::number(report.lattice.contact_radius));
         let mut files = vec![("element-test.json", io::json_file(&report)?)];
@@ -139,10 +139,6 @@ fn study(
         );
     }
     Ok((material, study))
-}
-
-fn stiffness_of(rows: &Voigt) -> Result<Stiffness> {
-    Stiffness::from_voigt(&Matrix6::from_fn(|a, b| rows[a][b]))
 }
 
 /// A lattice, and its tensors side by side.

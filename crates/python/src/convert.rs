@@ -235,5 +235,5 @@ pub fn coordinates<'a>(vectors: impl IntoIterator<Item = &'a Vector3<f64>>) -> V
 
 /// The tensor of rows of a report.
 pub fn tensor_of_rows(rows: &[[f64; 6]; 6]) -> PyResult<Stiffness> {
-    Stiffness::from_voigt(&Matrix6::from_fn(|a, b| rows[a][b])).or_raise()
+    Stiffness::from_voigt_rows(rows).or_raise()
 }

@@ -91,6 +91,14 @@ impl Stiffness {
         Matrix6::from_fn(|a, b| self.mandel[(a, b)] / mandel_weights(a, b))
     }
 
+    /// From the rows of a Voigt matrix (Pa), as [`Stiffness::voigt_rows`] gives them.
+    ///
+    /// # Errors
+    /// As [`Stiffness::from_voigt`].
+    pub fn from_voigt_rows(rows: &[[f64; 6]; 6]) -> Result<Self> {
+        Stiffness::from_voigt(&Matrix6::from_fn(|a, b| rows[a][b]))
+    }
+
     /// The Voigt matrix as rows (Pa), for output.
     pub fn voigt_rows(&self) -> [[f64; 6]; 6] {
         let c = self.voigt();

@@ -127,7 +127,7 @@ fn maybe_voigt<S: serde::Serializer>(c: &Option<Stiffness>, serializer: S) -> Re
 
 fn of_voigt<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Stiffness, D::Error> {
     let rows = <[[f64; 6]; 6]>::deserialize(deserializer)?;
-    Stiffness::from_voigt(&nalgebra::Matrix6::from_fn(|a, b| rows[a][b])).map_err(serde::de::Error::custom)
+    Stiffness::from_voigt_rows(&rows).map_err(serde::de::Error::custom)
 }
 
 fn maybe_of_voigt<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Option<Stiffness>, D::Error> {

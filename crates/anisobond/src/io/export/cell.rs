@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use nalgebra::{Matrix3, Matrix6, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
@@ -79,19 +79,25 @@ impl BondedCell {
         self.edges.product()
     }
 
-    /// The kinds of bonds, and of each bond its kind.
-    pub fn types(&self) -> (Vec<BondType>, Vec<u32>) {
+    /// The kinds of bonds by two numbers that tell them apart, and of each bond its kind.
+    pub fn kinds(&self, by: impl Fn(&StiffBond) -> [f64; 2]) -> (Vec<[f64; 2]>, Vec<u32>) {
         let mut kinds = Vec::new();
         let mut known = HashMap::new();
         let of = self.bonds.iter().map(|b| {
-            let kind = BondType { normal: b.normal, length: b.branch.norm() };
-            *known.entry([kind.normal.to_bits(), kind.length.to_bits()]).or_insert_with(|| {
+            let kind = by(b);
+            *known.entry(kind.map(f64::to_bits)).or_insert_with(|| {
                 kinds.push(kind);
                 kinds.len() as u32 - 1
             })
         });
         let of = of.collect();
         (kinds, of)
+    }
+
+    /// The kinds of bonds by stiffness and length at rest, and of each bond its kind.
+    pub fn types(&self) -> (Vec<BondType>, Vec<u32>) {
+        let (kinds, of) = self.kinds(|b| [b.normal, b.branch.norm()]);
+        (kinds.into_iter().map(|[normal, length]| BondType { normal, length }).collect(), of)
     }
 
     /// The network of the cell.
@@ -182,7 +188,7 @@ fn nodal_stiffness(report: &Value) -> Result<Option<Stiffness>> {
         return Ok(None);
     }
     let rows: [[f64; 6]; 6] = entry(&report["nodal_term"])?;
-    Stiffness::from_voigt(&Matrix6::from_fn(|a, b| rows[a][b])).map(Some)
+    Stiffness::from_voigt_rows(&rows).map(Some)
 }
 
 /// A block of a grid.

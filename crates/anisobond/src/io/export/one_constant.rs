@@ -143,13 +143,13 @@ fn component(case: usize) -> String {
     format!("{}{}", i + 1, j + 1)
 }
 
-/// u_x, u_y, u_z of a unit strain's case, as expressions of x, y, z, at its full size.
+/// u_x, u_y, u_z of a strain's case, as expressions of x, y, z and the time t.
 fn displacements(case: usize) -> [String; 3] {
     let (p, q) = PAIRS[case];
     let mut u = ["0.0"; 3].map(String::from);
     let share = if p == q { STRAIN } else { 0.5 * STRAIN };
     for (i, j) in [(p, q), (q, p)] {
-        u[i] = format!("{share:e}*{}", ["x", "y", "z"][j]);
+        u[i] = format!("{share:e}*{}*t/{TIME:e}", ["x", "y", "z"][j]);
     }
     u
 }
@@ -188,11 +188,10 @@ fn peridigm(one: &OneConstant, case: usize) -> String {
         real(one.horizon)
     );
     for (axis, u) in ["x", "y", "z"].iter().zip(displacements(case)) {
-        let value = if u == "0.0" { u } else { format!("{u}*t/{TIME:e}") };
         let _ = write!(
             text,
             "    Displacement {axis}:\n      Type: \"Prescribed Displacement\"\n      Node Set: \"All Nodes\"\n      \
-             Coordinate: \"{axis}\"\n      Value: \"{value}\"\n"
+             Coordinate: \"{axis}\"\n      Value: \"{u}\"\n"
         );
     }
     let _ = write!(
@@ -220,11 +219,10 @@ fn perilab(one: &OneConstant, case: usize) -> String {
         real(one.horizon)
     );
     for (axis, u) in ["x", "y", "z"].iter().zip(displacements(case)) {
-        let value = if u == "0.0" { u } else { format!("{u}*t/{TIME:e}") };
         let _ = write!(
             text,
             "    Displacement {axis}:\n      Variable: \"Displacements\"\n      Type: Dirichlet\n      Node Set: \"All Nodes\"\n      \
-             Coordinate: \"{axis}\"\n      Value: \"{value}\"\n"
+             Coordinate: \"{axis}\"\n      Value: \"{u}\"\n"
         );
     }
     let _ = write!(

@@ -272,10 +272,7 @@ fn cut(case: &CaseFile, studies: &[LatticeStudy], frame: &Frame, p: &PackingStat
 
 /// What a region's lattice is.
 fn evidence(region: &str, study: &LatticeStudy, p: &PackingStatement) -> Result<PackingEvidence> {
-    let measured = study
-        .correction
-        .as_ref()
-        .map(|(_, report)| Stiffness::from_voigt(&nalgebra::Matrix6::from_fn(|i, j| report.measured[i][j])));
+    let measured = study.correction.as_ref().map(|(_, report)| Stiffness::from_voigt_rows(&report.measured));
     Ok(PackingEvidence {
         region: region.to_string(),
         contact_radius: p.contact_radius,

@@ -1,7 +1,6 @@
 //! Bonds with tangential stiffness: bpm/rotational without bending and torsion has the forces
 //! k_n Δ·n n + k_t (Δ − n n·Δ), Δ = u_B − u_A − ½(θ_A + θ_B)×L, at small rotations.
 
-use std::collections::HashMap;
 use std::fmt::Write;
 
 use super::{ExportFile, connections, head, strains};
@@ -25,7 +24,7 @@ const DAMPING: f64 = 0.3;
 
 /// The files `bonds.data`, `bonds.coeffs` and `in.element_test`.
 pub(super) fn files(cell: &BondedCell) -> Vec<ExportFile> {
-    let (kinds, of) = kinds(cell);
+    let (kinds, of) = cell.kinds(|b| [b.normal, b.tangential]);
     let mut coefficients =
         String::from("# k_n and k_t (N/m); no bending, no torsion, no breaking, no damping of its own\n");
     for (n, [normal, tangential]) in kinds.iter().enumerate() {
@@ -41,20 +40,6 @@ pub(super) fn files(cell: &BondedCell) -> Vec<ExportFile> {
         ("bonds.coeffs".into(), coefficients.into_bytes()),
         ("in.element_test".into(), input(cell, &nodes).into_bytes()),
     ]
-}
-
-/// The kinds of bonds by k_n and k_t, and of each bond its kind.
-fn kinds(cell: &BondedCell) -> (Vec<[f64; 2]>, Vec<u32>) {
-    let mut kinds = Vec::new();
-    let mut known = HashMap::new();
-    let of = cell.bonds.iter().map(|b| {
-        *known.entry([b.normal.to_bits(), b.tangential.to_bits()]).or_insert_with(|| {
-            kinds.push([b.normal, b.tangential]);
-            kinds.len() as u32 - 1
-        })
-    });
-    let of = of.collect();
-    (kinds, of)
 }
 
 /// Masses and moments of inertia that let every node move and turn at the same pace: only the state at rest counts.
