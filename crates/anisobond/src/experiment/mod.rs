@@ -2,6 +2,7 @@
 
 pub mod batch;
 pub mod cavity;
+mod checked;
 pub mod closed_forms;
 mod corrected;
 pub mod element_test;
@@ -15,6 +16,7 @@ mod simulation;
 pub mod smilauer;
 mod verification;
 
+pub use checked::Checked;
 pub use corrected::{
     CorrectedModuli, CorrectedNetwork, Correction, CorrectionForm, CorrectionReport, NodalReport, central_by_sum,
     hybrid_by_sum, nodal_on_contacts,

@@ -24,6 +24,7 @@ impl PackingProblem {
     /// # Errors
     /// As [`PackingSimulation::new`].
     pub fn cost(&self) -> Result<RunCost> {
+        self.check()?;
         match self.schedule {
             Schedule::Motion { duration, .. } => {
                 let mut particles = Particles::new(self.model.clone())?;

@@ -33,7 +33,7 @@ pub(super) struct Loading {
 
 impl Loading {
     /// # Errors
-    /// A sphere that does not exist; a component that two conditions prescribe differently.
+    /// A component that two conditions prescribe differently.
     pub(super) fn new(problem: &PackingProblem) -> Result<Self> {
         let spheres = problem.model.packing.len();
         let unturned = if problem.rotations == Rotations::Blocked { spheres as u32 } else { 0 };
@@ -41,17 +41,11 @@ impl Loading {
         let mut known: HashMap<(u32, usize), Prescribed> = HashMap::new();
         for condition in &problem.conditions {
             let history = loading.histories.len();
-            let (nodes, time) = match condition {
-                Condition::Force { nodes, history, .. }
-                | Condition::Displacement { nodes, history, .. }
-                | Condition::Velocity { nodes, history, .. } => (nodes, history),
+            let time = match condition {
+                Condition::Force { history, .. }
+                | Condition::Displacement { history, .. }
+                | Condition::Velocity { history, .. } => history,
             };
-            if let Some(missing) = nodes.iter().find(|&&s| s as usize >= spheres) {
-                return Err(Error::input(
-                    format!("a condition is on sphere {}, but there are {spheres}", u64::from(*missing) + 1),
-                    "use the spheres that exist",
-                ));
-            }
             loading.histories.push(time.clone());
             match condition {
                 Condition::Force { nodes, force, .. } => {
@@ -81,10 +75,6 @@ impl Loading {
     fn same(&self, a: &Prescribed, b: &Prescribed) -> bool {
         let history = |p: &Prescribed| &self.histories[p.history];
         a.velocity == b.velocity && a.value == b.value && (a.value == 0.0 || history(a) == history(b))
-    }
-
-    pub(super) fn has_velocities(&self) -> bool {
-        self.prescribed.iter().any(|p| p.velocity)
     }
 
     fn factors(&self, t: f64) -> Vec<f64> {

@@ -14,6 +14,7 @@ use self::loading::Loading;
 use self::loose::Joined;
 pub use self::problem::{CellDrive, CellState, Leavers, PackingEvidence, PackingProblem, Peak, ServoPlan};
 use self::statics::{Rest, settled};
+use super::checked::Checked;
 use super::particles::{MotionPlan, ParticleMotion, checked_step};
 use super::problem::Schedule;
 use super::simulation::{Ledger, StepEvidence};
@@ -32,7 +33,7 @@ const ROOM: f64 = 0.5;
 
 /// A problem on a packing under way.
 pub struct PackingSimulation {
-    problem: PackingProblem,
+    problem: Checked<PackingProblem>,
     loading: Loading,
     joined: Joined,
     stage: Stage,
@@ -52,14 +53,15 @@ impl PackingSimulation {
     /// Bring a problem's spheres to their start.
     ///
     /// # Errors
-    /// A model that is none; conditions that contradict each other, or are on spheres that do not exist; a step above the
+    /// What [`PackingProblem::checked`] refuses; a model that is none; conditions that contradict each other; a step above the
     /// stable one; a servo of a body that is not periodic along all axes, or in equilibrium; bonds that break or finite
     /// kinematics in equilibrium.
     pub fn new(problem: PackingProblem) -> Result<Self> {
+        let problem = problem.checked()?;
         let loading = Loading::new(&problem)?;
         let joined = Joined::new(&problem);
         let stage = match problem.schedule {
-            Schedule::Equilibrium { .. } => Stage::Equilibrium(Box::new(Rest::new(&problem, &loading)?)),
+            Schedule::Equilibrium { .. } => Stage::Equilibrium(Box::new(Rest::new(&problem)?)),
             Schedule::Motion { duration, .. } => {
                 let motion = motion(&problem, &loading, &joined)?;
                 let steps = ((duration / motion.step()).round() as u64).max(1);

@@ -41,20 +41,11 @@ pub(super) struct Rest {
 impl Rest {
     /// # Errors
     /// What equilibrium of packings cannot do.
-    pub(super) fn new(problem: &PackingProblem, loading: &Loading) -> Result<Self> {
+    pub(super) fn new(problem: &PackingProblem) -> Result<Self> {
         let Schedule::Equilibrium { steps, relaxation, .. } = problem.schedule else {
             return Err(Error::input("motion has no load steps", "leave the duration out"));
         };
         let wrong = |problem: &str, remedy: &str| Err(Error::input(problem, remedy));
-        if steps == 0 {
-            return wrong("equilibrium in 0 load steps", "give at least 1 step");
-        }
-        if loading.has_velocities() {
-            return wrong(
-                "a velocity is prescribed, but the body is to be in equilibrium",
-                "prescribe a displacement, or give a duration instead of load steps",
-            );
-        }
         if relaxation {
             return wrong("packings are not relaxed in equilibrium", "leave relaxation out, or use damped motion");
         }

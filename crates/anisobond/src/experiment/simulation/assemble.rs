@@ -75,12 +75,7 @@ fn calibrate(problem: &Problem) -> Result<(Vec<RegionBonds>, Vec<RegionEvidence>
         Model::Central => ModelSettings::Central(LowerBound::Value(0.0)),
         // Nodes near surfaces and cracks have part of their bonds: with Z ⪰ 0 no part of them has negative energy.
         Model::Hybrid => ModelSettings::Hybrid(Some(HybridForm::Stable)),
-        Model::Micropolar => {
-            return Err(Error::input(
-                "micropolar bonds do not run on grids: their nodes would have to rotate",
-                "use the model central or hybrid",
-            ));
-        }
+        Model::Micropolar => return Err(Error::input("micropolar bonds do not run on grids", "use central or hybrid")),
     };
     let calibrator = ModelCalibrator::new(&problem.neighbourhood, settings)?;
     let mut bonds = Vec::with_capacity(problem.regions.len());

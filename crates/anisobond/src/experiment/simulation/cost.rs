@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::loading::Loading;
 use super::motion::Motion;
-use super::{assemble, damping_of, require_nodes, time_step};
+use super::{assemble, damping_of, time_step};
 use crate::Result;
 use crate::experiment::problem::{Problem, Schedule};
 use crate::operator::{GridOperator, VectorField};
@@ -36,10 +36,10 @@ impl RunCost {
     /// Calibrate the bonds of a problem and time a few passes over them.
     ///
     /// # Errors
-    /// What would keep the problem from being run: no nodes, materials that cannot be calibrated, conditions that
-    /// contradict each other, no density, a step above the stable one.
+    /// What would keep the problem from being run: what [`Problem::checked`] refuses, materials that cannot be calibrated,
+    /// conditions that contradict each other, a step above the stable one.
     pub fn of(problem: &Problem) -> Result<Self> {
-        require_nodes(problem)?;
+        problem.check()?;
         let (mut bonds, _) = assemble::bonds(problem)?;
         let loading = Loading::new(problem)?;
         let still = VectorField::zeros(problem.body.grid.len());

@@ -139,11 +139,6 @@ impl Loading {
         self.prescribed.row(row).iter().map(|p| (p, p.value * at.0[p.history as usize]))
     }
 
-    /// Whether a velocity is prescribed anywhere.
-    pub(super) fn has_velocities(&self) -> bool {
-        self.prescribed.entries.iter().any(|p| p.velocity)
-    }
-
     /// Forces of all nodes (N).
     pub(super) fn force_field(&self, nodes: usize, at: &Factors) -> VectorField {
         let mut field = VectorField::zeros(nodes);

@@ -25,6 +25,7 @@ use self::motion::{Motion, Pass};
 pub use self::saved::SavedState;
 pub use self::statics::StaticEvidence;
 use self::statics::Statics;
+use super::checked::Checked;
 use super::problem::{Problem, Schedule};
 use crate::operator::grid::{FailingBonds, GridBonds, Padded};
 use crate::operator::{Kinematics, VectorField};
@@ -66,7 +67,7 @@ impl StepEvidence {
 
 /// A problem under way.
 pub struct Simulation {
-    problem: Problem,
+    problem: Checked<Problem>,
     regions: Vec<RegionEvidence>,
     bonds: FailingBonds,
     bond_count: u64,
@@ -101,10 +102,10 @@ impl Simulation {
     /// Calibrate the bonds of a problem's body, cut its cracks, and bring it to its start.
     ///
     /// # Errors
-    /// A body without nodes; a material that cannot be calibrated or, in motion, has no density; conditions that
-    /// contradict each other; a step above the stable one; a start from an equilibrium that is none.
+    /// What [`Problem::checked`] refuses; a material that cannot be calibrated; conditions that contradict each other; a step
+    /// above the stable one; a start from an equilibrium that is none.
     pub fn new(problem: Problem) -> Result<Self> {
-        require_nodes(&problem)?;
+        let problem = problem.checked()?;
         let (bonds, regions) = assemble::bonds(&problem)?;
         let loading = Loading::new(&problem)?;
         let warnings = regions.iter().filter(|r| r.relative_error > 1e-3).map(|r| {
@@ -139,15 +140,6 @@ impl Simulation {
     fn begin(&mut self) -> Result<()> {
         match self.problem.schedule {
             Schedule::Equilibrium { steps, .. } => {
-                if steps == 0 {
-                    return Err(Error::input("equilibrium in 0 load steps", "give at least 1 step"));
-                }
-                if self.loading.has_velocities() {
-                    return Err(Error::input(
-                        "a velocity is prescribed, but the body is to be in equilibrium",
-                        "prescribe a displacement, or give a duration instead of load steps",
-                    ));
-                }
                 self.steps = steps as u64;
                 Statics::require_balanced(&self.problem, &self.loading, &self.bonds, steps)
             }
@@ -434,24 +426,11 @@ pub(super) fn drift_warning(ledger: &Ledger, motion: bool) -> Option<String> {
         .then(|| format!("the energy has drifted by {:.1} % of its largest part; use {remedy}", 100.0 * drift))
 }
 
-fn require_nodes(problem: &Problem) -> Result<()> {
-    match problem.body.nodes() {
-        0 => Err(Error::input("the body has no nodes", "use a smaller spacing or a larger body")),
-        _ => Ok(()),
-    }
-}
-
 /// The largest stable step and the one used.
 fn time_step(problem: &Problem, bonds: &GridBonds<f64>) -> Result<StepEvidence> {
     let Schedule::Motion { step, safety, force_step, .. } = problem.schedule else {
         return Err(Error::input("equilibrium has no time step", "give a duration"));
     };
-    if let Some(region) = problem.regions.iter().find(|r| r.density.is_nan() || r.density <= 0.0) {
-        return Err(Error::input(
-            format!("region {} has no density, but the body is to move", region.name),
-            "give it a density, as density = \"2700 kg/m3\"",
-        ));
-    }
     let densities: Vec<f64> = problem.regions.iter().map(|r| r.density).collect();
     let stable = crate::solver::stable_step(bonds.eigenvalue_bound(&densities)?);
     let step = step.unwrap_or(safety * stable);
