@@ -213,3 +213,87 @@ fn the_materials_project_sample() {
         assert!(message.contains(&format!("line {}: the stiffness is not positive definite", row.line)), "{message}");
     }
 }
+
+const ROWS: &str =
+    "[[270,100,100,0,0,0],[100,270,100,0,0,0],[100,100,270,0,0,0],[0,0,0,85,0,0],[0,0,0,0,85,0],[0,0,0,0,0,86]]";
+
+fn only(text: &str) -> Result<Stiffness, String> {
+    table_of(text).remove(0).material.map(|m| m.stiffness).map_err(|e| e.to_string())
+}
+
+/// What a record says beside its tensor counts, or is refused.
+#[test]
+fn known_keys_of_records_count() {
+    let plain = only(&format!("[{{\"elastic_tensor\": {ROWS}}}]")).unwrap();
+    let with = |more: &str| only(&format!("[{{\"elastic_tensor\": {ROWS}, {more}}}]"));
+    // Shear rows in Abaqus' order: 12 13 23, so that the last of them is 23.
+    let abaqus = with("\"order\": \"abaqus\"").unwrap().voigt();
+    assert_eq!([abaqus[(3, 3)], abaqus[(5, 5)]], [86e9, 85e9]);
+    // The Materials Project's order of the expansion is none of rows.
+    assert_same(&plain, &with("\"order\": 2").unwrap(), "order 2");
+    assert!(with("\"order\": 3").unwrap_err().contains("order"));
+    assert!(with("\"order\": \"xy\"").unwrap_err().contains("unknown order"));
+    let inner =
+        only(&format!("[{{\"elasticity\": {{\"elastic_tensor\": {ROWS}, \"unit\": \"kbar\", \"order\": 2}}}}]"));
+    assert_same(&plain.scaled(0.1), &inner.unwrap(), "unit beside the tensor");
+    let turned = with("\"orientation\": {\"bunge\": [90, 90, 0]}").unwrap();
+    assert!(plain.relative_error(&turned) > 1e-4 && (turned.norm() / plain.norm() - 1.0).abs() < 1e-14);
+    assert!(with("\"class\": \"cubic\"").unwrap_err().contains("not cubic"));
+    assert!(with("\"class\": \"tetragonal\"").is_ok());
+    for second in ["compliance", "stiffness"] {
+        let message = with(&format!("\"{second}\": {ROWS}")).unwrap_err();
+        assert!(message.contains("elastic_tensor and") && message.contains(second), "{message}");
+    }
+    assert!(with("\"c11\": 3").unwrap_err().contains("both give the stiffness"));
+    assert!(with(&format!("\"elasticity\": {{\"elastic_tensor\": {ROWS}}}")).is_ok());
+    let other = ROWS.replace("86", "80");
+    assert!(with(&format!("\"elasticity\": {{\"elastic_tensor\": {other}}}")).unwrap_err().contains("they differ"));
+}
+
+/// A column of units is that of its rows; other columns that say something of the stiffness count too.
+#[test]
+fn known_columns_of_tables_count() {
+    let row = |more: &str, value: &str| only(&format!("{HEADER},{more}\na,b,{GOOD},{value}"));
+    assert_same(&cubic().scaled(0.1), &row("unit", "kbar").unwrap(), "kbar");
+    assert_same(&cubic(), &row("Unit", "").unwrap(), "no unit");
+    assert!(row("unit", "parsec").unwrap_err().contains("column unit"));
+    let headed = HEADER.replace("c44", "c44 (GPa)");
+    let contradicted = only(&format!("{headed},unit\na,b,{GOOD},MPa")).unwrap_err();
+    assert!(contradicted.contains("the row's unit \"MPa\" contradicts \"c44 (GPa)\""), "{contradicted}");
+    assert_same(&cubic(), &only(&format!("{headed},unit\na,b,{GOOD},GPa")).unwrap(), "the same unit twice");
+    let asked = parse_table(&format!("{HEADER},unit\na,b,{GOOD},MPa"), "t.csv", Some("GPa")).unwrap();
+    assert!(asked.rows[0].material.as_ref().unwrap_err().to_string().contains("contradicts \"GPa\""));
+    assert_same(&cubic(), &row("class", "cubic").unwrap(), "class");
+    // Stiffer along one axis than along the others.
+    let other = |more: &str, value: &str| only(&format!("{HEADER},{more}\na,b,{},{value}", GOOD.replace("270", "240")));
+    assert!(other("class", "isotropic").unwrap_err().contains("column class"));
+    let plain = other("unit", "GPa").unwrap();
+    let q = anisobond::io::parse_orientation("bunge:45,90,0").unwrap();
+    let turned = other("orientation", "\"bunge:45,90,0\"").unwrap();
+    assert!(plain.relative_error(&turned) > 1e-3);
+    assert_same(&plain.rotated(&q), &turned, "orientation");
+    assert!(row("orientation", "sideways").unwrap_err().contains("column orientation"));
+    assert!(row("order", "abaqus").unwrap_err().contains("column order"));
+    assert_same(&cubic(), &row("order", "7").unwrap(), "another order");
+    let whole =
+        |more: &str| parse_table(&format!("{HEADER},{more}\na,b,{GOOD},1"), "t.csv", None).unwrap_err().to_string();
+    assert!(whole("compliance").contains("is not read beside c11"));
+    assert!(whole("axis").contains("orientation"));
+}
+
+/// Rows of one name are told from each other by their lines.
+#[test]
+fn rows_of_one_name_are_chosen_by_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("temperatures.csv");
+    let hot = GOOD.replace("270", "240");
+    std::fs::write(&path, format!("{HEADER}\nQ,300 K,{GOOD}\nQ,600 K,{hot}\nR,,{GOOD}\n")).unwrap();
+    let find = |row: &str| anisobond::io::find_material(path.to_str().unwrap(), Some(row), None);
+    let message = find("Q").unwrap_err().to_string();
+    assert!(message.contains("2 rows are called Q, in lines 2 and 3") && message.contains("--row line:2"), "{message}");
+    let [first, second] = ["line:2", "line:3"].map(|row| find(row).unwrap().stiffness.voigt()[(0, 0)]);
+    assert_eq!([first, second], [270e9, 240e9]);
+    assert!(find("R").is_ok());
+    assert!(find("S").unwrap_err().to_string().contains("there is no row S"));
+    assert!(find("line:9").unwrap_err().to_string().contains("there is no row line:9"));
+}

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use super::words::nearest;
+use super::table::Row;
+use super::words::{enumeration, nearest};
 use super::{read_material, read_table};
 use crate::tensor::Material;
 use crate::{Error, Result};
@@ -26,11 +27,12 @@ pub fn builtin_material(name: &str) -> Result<Material> {
     })
 }
 
-/// A material by built-in name (letter case does not count) or by path; of a table, the row with identifier `row`.
+/// A material by built-in name (letter case does not count) or by path; of a table, the row with identifier `row`, or
+/// that of a line, `row` = "line:3".
 ///
 /// # Errors
 /// Neither a name nor a file, with the nearest name; what the file's reader refuses; a table without `row`, or a `row`
-/// that is not in it; a `row` or a `unit` for something that is no table.
+/// that is not in it, or several times; a `row` or a `unit` for something that is no table.
 pub fn find_material(name_or_path: &str, row: Option<&str>, unit: Option<&str>) -> Result<Material> {
     let path = Path::new(name_or_path);
     let of_tables_only = |material: Material| match row.map(|_| "row").or(unit.map(|_| "unit")) {
@@ -60,14 +62,27 @@ pub fn find_material(name_or_path: &str, row: Option<&str>, unit: Option<&str>) 
             "choose one with --row ID, or give the table to `anisobond calibrate`",
         ));
     };
-    let table = read_table(path, unit)?;
-    let ids: Vec<String> = table.rows.iter().map(|r| r.id.clone()).collect();
-    match table.rows.into_iter().find(|r| r.id == row) {
+    choose(read_table(path, unit)?.rows, row).map_err(|e| e.at(name_or_path))
+}
+
+/// The row of an identifier, or by its line ("line:3"), where several have one identifier.
+fn choose(rows: Vec<Row>, wanted: &str) -> Result<Material> {
+    let of_line = wanted.strip_prefix("line:").and_then(|line| line.trim().parse::<usize>().ok());
+    let called = |row: &Row| row.id == wanted || of_line == Some(row.line);
+    let lines: Vec<String> = rows.iter().filter(|row| called(row)).map(|row| row.line.to_string()).collect();
+    if lines.len() > 1 {
+        return Err(Error::input(
+            format!("{} rows are called {wanted}, in lines {}", lines.len(), enumeration(&lines)),
+            format!("choose one by its line, as --row line:{}", lines[0]),
+        ));
+    }
+    let ids: Vec<String> = rows.iter().map(|r| r.id.clone()).collect();
+    match rows.into_iter().find(called) {
         Some(found) => found.material,
         None => {
-            let hint = nearest(row, ids.iter().map(String::as_str))
+            let hint = nearest(wanted, ids.iter().map(String::as_str))
                 .map_or_else(|| "see the table's identifiers".into(), |id| format!("did you mean {id}?"));
-            Err(Error::input(format!("{name_or_path} has no row {row}"), hint))
+            Err(Error::input(format!("there is no row {wanted}"), hint))
         }
     }
 }

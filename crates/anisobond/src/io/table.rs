@@ -11,7 +11,9 @@ use nalgebra::Matrix6;
 use serde_json::value::RawValue;
 
 use super::material::components::{Component, component_of, name, names};
-use super::material::{StressUnit, positive_density};
+use super::material::matrix::refuse_reordered;
+use super::material::{StressUnit, check_claim, parse_class, positive_density};
+use super::orientation::parse_orientation;
 use super::record::{id_of, material_of_record};
 use super::tree::{Lines, Node, json_error, json_items, json_line_error, json_node, read_text, without_mark};
 use super::units::{Dimension, split};
@@ -69,14 +71,17 @@ pub fn read_table(path: impl AsRef<Path>, unit: Option<&str>) -> Result<Table> {
 ///
 /// - CSV (comma, semicolon or tab; lines that begin with # are left out): columns c11 … c66 (all 21; any letter case and
 ///   order; c21 is c12), one of `material_id`, `id`, `name`, `formula` if wanted, `density`. A unit stands in the header:
-///   `c11 (MPa)`, `density (g/cm3)`; a density needs one. Other columns pass.
+///   `c11 (MPa)`, `density (g/cm3)`; a density needs one; or in a column `unit`, a unit of stress for each row. `class` is
+///   checked, `orientation` ("bunge:10,20,30") turns the row's material, `source` is kept. Other columns pass, but those of
+///   another form of the stiffness.
 /// - JSON list or JSON Lines: objects of the Materials Project (`elastic_tensor`, with `ieee_format` or `raw`;
 ///   `elasticity.elastic_tensor`) or with the keys of a material file. `density` is in g/cm³ if a bare number.
 ///
 /// `unit` is that of numbers for which the file names none; without, they are in **GPa** (the Materials Project's).
 ///
 /// # Errors
-/// As a whole: an unknown `unit`, or one that contradicts the header; no rows; missing or repeated columns; a syntax error.
+/// As a whole: an unknown `unit`, or one that contradicts the header; no rows; missing or repeated columns, or those of a second
+/// form of the stiffness; a syntax error.
 /// Everything else is the error of its row.
 pub fn parse_table(text: &str, place: &str, unit: Option<&str>) -> Result<Table> {
     let text = without_mark(text);
@@ -217,6 +222,13 @@ struct Columns {
     width: usize,
     id: Option<usize>,
     name: Option<usize>,
+    unit: Option<usize>,
+    /// The unit asked for beside the file.
+    asked: Option<StressUnit>,
+    order: Option<usize>,
+    class: Option<usize>,
+    orientation: Option<usize>,
+    source: Option<usize>,
     /// (column, unit in Pa) of c11 … c66, and the heading for messages.
     components: Vec<(Component, Column)>,
     density: Option<Column>,
@@ -224,8 +236,8 @@ struct Columns {
 
 struct Column {
     at: usize,
-    /// Size of a bare number in SI.
-    unit: f64,
+    /// Size of a bare number in SI, where the heading names it.
+    unit: Option<f64>,
     heading: String,
 }
 
@@ -260,17 +272,25 @@ impl Columns {
             return Err(Error::input(format!("column {heading} is there twice"), "keep one of them"));
         }
         refuse_missing(&headings)?;
+        refuse_second_form(&headings)?;
         let find = |name: &str| headings.iter().position(|h| h.name == name);
         let first = |names: &[&str]| names.iter().find_map(|name| find(name));
         let component = |(at, h): (usize, &Heading)| {
             Some(component_of(&h.name)?)
                 .map(|c| Ok((c, Column { at, unit: stress_unit(h, unit)?, heading: h.text.into() })))
         };
+        let components: Vec<_> = headings.iter().enumerate().filter_map(component).collect::<Result<_>>()?;
         Ok(Columns {
             width: headings.len(),
             id: first(&["material_id", "id", "name", "formula", "formula_pretty"]),
             name: first(&["name", "formula_pretty", "formula", "material_id", "id"]),
-            components: headings.iter().enumerate().filter_map(component).collect::<Result<_>>()?,
+            unit: first(&["unit", "units"]),
+            asked: unit.cloned(),
+            order: find("order"),
+            class: find("class"),
+            orientation: find("orientation"),
+            source: find("source"),
+            components,
             density: find("density").map(|at| density_column(at, &headings[at])).transpose()?,
         })
     }
@@ -291,32 +311,59 @@ impl Columns {
                 "give every column one field; put quotes around a text with a comma",
             ));
         }
+        let text = |at: Option<usize>| at.and_then(|at| record.get(at)).filter(|text| !text.is_empty());
+        let bare = self.unit_of(text(self.unit))?;
+        if let Some(order) = text(self.order) {
+            refuse_reordered(order).map_err(|e| e.at("column order"))?;
+        }
         let mut voigt = Matrix6::zeros();
         for ((a, b), column) in &self.components {
-            let value = column.value(record, Dimension::Stress)?;
+            let value = column.value(record, Dimension::Stress, bare)?;
             voigt[(*a, *b)] = value;
             voigt[(*b, *a)] = value;
         }
-        let stiffness = Stiffness::from_voigt(&voigt)?;
+        let own = Stiffness::from_voigt(&voigt)?;
+        let claimed = text(self.class).map(parse_class).transpose().map_err(|e| e.at("column class"))?;
+        check_claim(&own, claimed).map_err(|e| e.at("column class"))?;
+        let turned = text(self.orientation).map(|text| parse_orientation(text).map(|q| own.rotated(&q)));
+        let stiffness = turned.transpose().map_err(|e| e.at("column orientation"))?.unwrap_or(own);
         stiffness.require_positive_definite()?;
         let density = match &self.density {
             Some(column) if record.get(column.at).is_some_and(|text| !text.is_empty()) => {
-                let value = column.value(record, Dimension::Density)?;
+                let value = column.value(record, Dimension::Density, 1.0)?;
                 Some(positive_density(value).map_err(|e| e.at(&column.heading))?)
             }
             _ => None,
         };
-        let source = self.id.and_then(|at| record.get(at)).unwrap_or("").to_string();
+        let source = text(self.source).or(text(self.id)).unwrap_or("").to_string();
         Ok(Material { name, stiffness, density, source })
+    }
+
+    /// The unit (Pa) of a row's bare stresses: its own, else the one asked for, else GPa.
+    fn unit_of(&self, own: Option<&str>) -> Result<f64> {
+        let Some(name) = own else {
+            return Ok(self.asked.as_ref().map_or(StressUnit::giga_pascal().size, |unit| unit.size));
+        };
+        let size = Dimension::Stress.unit(name).map_err(|e| e.at("column unit"))?;
+        let headed =
+            self.components.iter().find_map(|(_, c)| c.unit.filter(|u| *u != size).map(|_| c.heading.as_str()));
+        let asked = self.asked.as_ref().filter(|unit| unit.size != size).map(|unit| unit.name.as_str());
+        match headed.or(asked) {
+            None => Ok(size),
+            Some(other) => {
+                let problem = format!("the row's unit {} contradicts {}", quoted(name), quoted(other));
+                Err(Error::input(problem, "name the unit once, in one place").at("column unit"))
+            }
+        }
     }
 }
 
 impl Column {
-    /// The field in SI: a bare number in the column's unit, or a number with its own.
-    fn value(&self, record: &csv::StringRecord, what: Dimension) -> Result<f64> {
+    /// The field in SI: a bare number in the column's unit, else in one of size `bare`; or a number with its own.
+    fn value(&self, record: &csv::StringRecord, what: Dimension, bare: f64) -> Result<f64> {
         let text = record.get(self.at).unwrap_or("");
         let value = split(text).and_then(|(number, unit)| match unit {
-            "" => Ok(number * self.unit),
+            "" => Ok(number * self.unit.unwrap_or(bare)),
             _ => what.parse(text),
         });
         value.map_err(|e| e.at(format!("column {}", self.heading)))
@@ -343,8 +390,20 @@ fn refuse_missing(headings: &[Heading]) -> Result<()> {
     Err(Error::input(format!("{word} {} missing", enumeration(&missing)), remedy))
 }
 
-/// Unit (Pa) of a column of stresses.
-fn stress_unit(heading: &Heading, asked: Option<&StressUnit>) -> Result<f64> {
+/// Refuses a column that would give the stiffness, or turn it, in a way that tables do not have.
+fn refuse_second_form(headings: &[Heading]) -> Result<()> {
+    let second = ["stiffness", "compliance", "engineering", "axis"];
+    match headings.iter().find(|h| second.contains(&h.name.as_str())) {
+        None => Ok(()),
+        Some(h) => Err(Error::input(
+            format!("column {} is not read beside c11 … c66", quoted(h.text)),
+            "remove or rename it; orientation (as \"bunge:10,20,30\") turns a row's material",
+        )),
+    }
+}
+
+/// Unit (Pa) that the heading of a column of stresses names.
+fn stress_unit(heading: &Heading, asked: Option<&StressUnit>) -> Result<Option<f64>> {
     let own =
         heading.unit.map(|name| Dimension::Stress.unit(name).map_err(|e| e.at(format!("column {}", heading.text))));
     match (own.transpose()?, asked) {
@@ -352,8 +411,7 @@ fn stress_unit(heading: &Heading, asked: Option<&StressUnit>) -> Result<f64> {
             format!("column {} contradicts the unit {} asked for", quoted(heading.text), asked.name),
             "leave the unit out: the header names it",
         )),
-        (Some(own), _) => Ok(own),
-        (None, asked) => Ok(asked.map_or(StressUnit::giga_pascal().size, |unit| unit.size)),
+        (own, _) => Ok(own),
     }
 }
 
@@ -362,5 +420,5 @@ fn density_column(at: usize, heading: &Heading) -> Result<Column> {
         return Err(Error::input("column density has no unit", "name it in the header, as density (g/cm3)"));
     };
     let unit = Dimension::Density.unit(name).map_err(|e| e.at(format!("column {}", heading.text)))?;
-    Ok(Column { at, unit, heading: heading.text.to_string() })
+    Ok(Column { at, unit: Some(unit), heading: heading.text.to_string() })
 }

@@ -35,7 +35,7 @@ pub enum Dimension {
 }
 
 /// Every unit: its dimension, its name (letter case counts) and its size in SI.
-const UNITS: [(Dimension, &str, f64); 65] = [
+const UNITS: [(Dimension, &str, f64); 66] = [
     (Dimension::Stress, "Pa", 1.0),
     (Dimension::Stress, "kPa", 1e3),
     (Dimension::Stress, "MPa", 1e6),
@@ -48,6 +48,7 @@ const UNITS: [(Dimension, &str, f64); 65] = [
     (Dimension::Stress, "Mpsi", 6_894_757_293.168_361),
     (Dimension::Stress, "Mbar", 1e11),
     (Dimension::Stress, "bar", 1e5),
+    (Dimension::Stress, "kbar", 1e8),
     (Dimension::Stress, "atm", 101_325.0),
     (Dimension::Stress, "dyn/cm2", 0.1),
     (Dimension::Stress, "eV/A3", 1.602_176_634e11),
@@ -160,7 +161,7 @@ impl Dimension {
 
     /// Size of a unit in SI: `Dimension::Stress.unit("GPa")` is 10⁹ Pa.
     ///
-    /// Accepted: Pa kPa MPa GPa TPa N/m2 N/mm2 psi ksi Mpsi Mbar bar atm dyn/cm2 eV/A3; 1/ before any of them for a
+    /// Accepted: Pa kPa MPa GPa TPa N/m2 N/mm2 psi ksi Mpsi Mbar kbar bar atm dyn/cm2 eV/A3; 1/ before any of them for a
     /// compliance; m mm cm um nm A km in ft; kg/m3 g/cm3 g/cc t/m3; deg ° rad;
     /// s ms us ns min h; m/s mm/s cm/s um/s km/s m/min; m/s2 mm/s2 km/s2; N mN kN MN lbf; N/m3 kN/m3 MN/m3 N/mm3; J/m2
     /// mJ/m2 kJ/m2 N/m N/mm; 1/s 1/ms 1/us. Also µ for u, Å for A, ² or ^2 for 2.
@@ -348,6 +349,7 @@ mod tests {
             (Dimension::Stress, "1eV/A3", 1.602176634e11),
             (Dimension::Stress, "10 Mpsi", 68.94757293168361e9),
             (Dimension::Stress, "1.2 Mbar", 120e9),
+            (Dimension::Stress, "868 kbar", 86.8e9),
             (Dimension::Compliance, "7.7 1/TPa", 7.7e-12),
             (Dimension::Compliance, "7.7 GPa^-1", 7.7e-9),
             (Dimension::Length, "2 mm", 2e-3),

@@ -58,6 +58,17 @@ impl Order {
     }
 }
 
+/// Refuses an order of rows other than Voigt's beside components that are named; another text means something else.
+pub(in crate::io) fn refuse_reordered(name: &str) -> Result<()> {
+    match NAMES.iter().find(|(known, _)| known.eq_ignore_ascii_case(name.trim())) {
+        None | Some((_, Order::Voigt)) => Ok(()),
+        Some((known, _)) => Err(Error::input(
+            format!("the order {known:?} says nothing where c11 … c66 are named: their indices are Voigt's"),
+            "name the columns by Voigt's indices (11 22 33 23 13 12) and remove order",
+        )),
+    }
+}
+
 /// The stiffness of a matrix under a key; `value` reads one entry (Pa).
 pub(in crate::io) fn stiffness_of(
     node: &Node,

@@ -202,7 +202,7 @@ impl Units {
 }
 
 /// The form a file gives its stiffness in, and the entry that says so.
-enum Form<'n> {
+pub(super) enum Form<'n> {
     Stiffness(&'n Entry),
     Compliance(&'n Entry),
     Engineering(&'n Entry),
@@ -226,13 +226,13 @@ impl<'n> Form<'n> {
         }
     }
 
-    /// The one form of a table.
-    fn only(table: &'n Node) -> Result<Self> {
-        let mut found: Option<Form> = None;
+    /// The one form of a table; `first` is one that it has under another name.
+    pub(super) fn only(table: &'n Node, first: Option<Self>) -> Result<Self> {
+        let mut found = first;
         for form in table.entries().iter().filter_map(Form::of) {
             match &found {
                 None => found = Some(form),
-                Some(first) if std::mem::discriminant(first) == std::mem::discriminant(&form) => {}
+                Some(Form::Components(_)) if matches!(form, Form::Components(_)) => {}
                 Some(first) => {
                     let (first, second) = (first.entry(), form.entry());
                     return Err(Error::input(
@@ -254,11 +254,16 @@ pub(super) fn material_of(table: &Node, habits: &Habits) -> Result<Material> {
     if !habits.unknown_keys {
         table.entries().iter().try_for_each(known_key)?;
     }
-    let form = Form::only(table)?;
-    let units = units_of(table, &form, habits)?;
+    let form = Form::only(table, None)?;
+    material_in_form(table, &form, habits)
+}
+
+/// The material of a table whose stiffness is given in a form.
+pub(super) fn material_in_form(table: &Node, form: &Form, habits: &Habits) -> Result<Material> {
+    let units = units_of(table, form, habits)?;
     let claimed = claimed_class(table)?;
-    refuse_useless_order(table, &form)?;
-    let (own, class) = own_stiffness(table, &form, &units, claimed)?;
+    refuse_useless_order(table, form)?;
+    let (own, class) = own_stiffness(table, form, &units, claimed)?;
     let stiffness = orientation(table, class)?.map_or(own, |q| own.rotated(&q));
     let at = form.entry();
     stiffness.require_positive_definite().map_err(|e| e.at(place(at.line, &at.key)))?;
@@ -352,7 +357,7 @@ fn own_stiffness(
 }
 
 /// A matrix must be of the class it is said to be, to 10⁻⁶ of its norm.
-fn check_claim(stiffness: &Stiffness, claimed: Option<SymmetryClass>) -> Result<()> {
+pub(super) fn check_claim(stiffness: &Stiffness, claimed: Option<SymmetryClass>) -> Result<()> {
     let Some(class) = claimed else { return Ok(()) };
     let nearest = components::Setting::of_matrix(class, stiffness).project(stiffness);
     let error = stiffness.relative_error(&nearest);
