@@ -1,6 +1,8 @@
 //! `anisobond calibrate`.
 
-use anisobond::calibration::{HybridForm, LowerBound, ModelCalibration, ModelCalibrator, ModelSettings, Promise};
+use anisobond::calibration::{
+    HybridForm, LowerBound, ModelCalibration, ModelCalibrator, ModelSettings, Outcome, Promise,
+};
 use anisobond::io::{self, BondModuli, Files, ModelReport, NeighbourhoodReport, parse_orientation, picture};
 use anisobond::lattice::{Neighbourhood, Shape};
 use anisobond::tensor::Material;
@@ -46,6 +48,10 @@ pub fn run(args: &args::Calibrate) -> Result<Ending> {
                 text::number(100.0 * error)
             );
             Ending::NotExact
+        }
+        _ if done.result.outcome() == Outcome::NotConverged => {
+            eprintln!("anisobond: the calibration did not converge; the bonds are what the solver came to");
+            Ending::NotConverged
         }
         _ => Ending::Done,
     })

@@ -1,7 +1,7 @@
 //! The three models of a grid behind one door: settings, a neighbourhood prepared for them, and what comes out.
 
 use super::advice::Model;
-use super::calibrator::{Calibration, Calibrator, LowerBound};
+use super::calibrator::{Calibration, Calibrator, LowerBound, Outcome};
 use super::dispersion::{Dispersion, LongWaves, Stability};
 use super::hybrid::{HybridCalibration, HybridCalibrator, HybridForm};
 use super::micropolar::{MicropolarCalibration, MicropolarCalibrator, Promise};
@@ -161,6 +161,24 @@ impl ModelCalibration {
             ModelCalibration::Central(r, _) => r.relative_error,
             ModelCalibration::Micropolar(r, _) => r.promised_error(),
             ModelCalibration::Hybrid(r) => r.relative_error,
+        }
+    }
+
+    /// Whether the bonds, with a nodal term where there is one, reach what the model can express of the target.
+    pub fn feasible(&self) -> bool {
+        match self {
+            ModelCalibration::Central(r, _) => r.feasible(),
+            ModelCalibration::Micropolar(r, _) => r.feasible(),
+            ModelCalibration::Hybrid(r) => r.feasible(),
+        }
+    }
+
+    /// What came of the calibration.
+    pub fn outcome(&self) -> Outcome {
+        match self {
+            ModelCalibration::Central(r, _) => r.outcome(),
+            ModelCalibration::Micropolar(r, _) => r.outcome(),
+            ModelCalibration::Hybrid(r) => r.outcome(),
         }
     }
 

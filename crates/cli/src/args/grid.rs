@@ -46,7 +46,7 @@ Examples:
   anisobond calibrate crystals.csv --horizon 3 -o crystals     # a table: interrupted, it goes on where it was
   anisobond calibrate crystals.csv --jsonl > crystals.jsonl
 
-Exit codes: 0 done, 2 bad input, 3 --require-exact asked and not reached, 130 interrupted.")]
+Exit codes: 0 done, 2 bad input, 3 --require-exact asked and not reached, 4 a calibration did not converge, 130 interrupted.")]
 pub struct Calibrate {
     /// Built-in name, material file (TOML, JSON) or table of materials (CSV, JSON list, JSON Lines)
     #[arg(value_name = "MATERIAL|TABLE")]
