@@ -47,9 +47,11 @@ fn check(grid: &Neighbourhood, c: &Stiffness, name: &str) -> Outcome {
             let size = r.dual.iter().map(|y| y.abs()).fold(0.0, f64::max);
             for (bond, m) in grid.bonds().iter().zip(&r.micromodulus) {
                 let n = bond.xi.normalize();
-                let p: f64 = MONOMIALS.iter().zip(&r.dual).map(|([a, b, c], y)| {
-                    y * n[0].powi(*a as i32) * n[1].powi(*b as i32) * n[2].powi(*c as i32)
-                }).sum();
+                let p: f64 = MONOMIALS
+                    .iter()
+                    .zip(&r.dual)
+                    .map(|([a, b, c], y)| y * n[0].powi(*a as i32) * n[1].powi(*b as i32) * n[2].powi(*c as i32))
+                    .sum();
                 let s = grid.stiffness_share(bond);
                 let off = (m - (s * p).max(0.0)).abs();
                 assert!(off <= 1e-6 * largest + 1e-13 * s * size, "{name}: {m:e} {:e} of {largest:e}", s * p);
@@ -102,10 +104,8 @@ fn near_extreme_targets_converge() {
 #[test]
 #[ignore = "minutes: run in release"]
 fn near_extreme_targets_converge_over_a_table() {
-    let shapes: Vec<Shape> = [4.0, 5.0, 6.0]
-        .into_iter()
-        .flat_map(|r| [Shape::Cube { semi_edge: r }, Shape::Sphere { radius: r }])
-        .collect();
+    let shapes: Vec<Shape> =
+        [4.0, 5.0, 6.0].into_iter().flat_map(|r| [Shape::Cube { semi_edge: r }, Shape::Sphere { radius: r }]).collect();
     let influences = [Influence::Constant, Influence::Inverse, Influence::Hat, Influence::Power];
     let epsilons: Vec<f64> = (3..=12).map(|k| 10f64.powi(-k)).collect();
     let [feasible, infeasible, not] = table(&shapes, &influences, &epsilons, 2, 7);

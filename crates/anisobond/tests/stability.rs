@@ -5,8 +5,8 @@ mod common;
 use std::f64::consts::PI;
 
 use anisobond::calibration::{
-    Calibrator, Dispersion, Evidence, HybridCalibration, HybridCalibrator, HybridForm, LowerBound, MicropolarCalibrator,
-    Promise,
+    Calibrator, Dispersion, Evidence, HybridCalibration, HybridCalibrator, HybridForm, LowerBound,
+    MicropolarCalibrator, Promise,
 };
 use anisobond::lattice::{Influence, Neighbourhood, Shape};
 use anisobond::tensor::{Material, Stiffness};
@@ -20,7 +20,13 @@ fn modulus(grid: &Neighbourhood, dispersion: &Dispersion, phases: &Vector3<f64>)
 }
 
 /// A search of its own: random waves, as many of them long as short, and from the weakest ones random steps that shrink.
-fn finer_search(grid: &Neighbourhood, dispersion: &Dispersion, random: &mut Random, waves: usize, descents: usize) -> f64 {
+fn finer_search(
+    grid: &Neighbourhood,
+    dispersion: &Dispersion,
+    random: &mut Random,
+    waves: usize,
+    descents: usize,
+) -> f64 {
     let mut tried: Vec<(f64, Vector3<f64>)> = (0..waves)
         .map(|i| {
             let size = if i % 2 == 0 { PI } else { PI * 100f64.powf(-random.number().abs()) };
@@ -123,10 +129,26 @@ fn voigt(rows: [f64; 21]) -> Stiffness {
 #[test]
 fn a_weak_wave_between_the_samples_is_found() {
     let c = voigt([
-        0.1993351797501976, -0.39053796520671313, 0.7162270377097875, -0.5455552594588007, -0.02628652317996033,
-        -0.21216579925328974, 3.6390231760336866, -4.540540210272605, 4.240976064041652, 0.5989970836679934,
-        1.6240757985492584, 6.184341529938155, -5.540995335150288, -0.6837074394578323, -2.136190744386705,
-        5.128370747464273, 0.6903189040891728, 1.963103144951247, 0.15358432359459404, 0.24201006713632678,
+        0.1993351797501976,
+        -0.39053796520671313,
+        0.7162270377097875,
+        -0.5455552594588007,
+        -0.02628652317996033,
+        -0.21216579925328974,
+        3.6390231760336866,
+        -4.540540210272605,
+        4.240976064041652,
+        0.5989970836679934,
+        1.6240757985492584,
+        6.184341529938155,
+        -5.540995335150288,
+        -0.6837074394578323,
+        -2.136190744386705,
+        5.128370747464273,
+        0.6903189040891728,
+        1.963103144951247,
+        0.15358432359459404,
+        0.24201006713632678,
         0.7870778642113978,
     ]);
     let grid = Neighbourhood::sphere(2.3, 1.0, Influence::Hat).unwrap();
@@ -216,6 +238,7 @@ fn negative_tangential_bonds_are_not_stable() {
         assert!(!s.stable && s.smallest_eigenvalue < 0.0, "{share}: {s:?}");
     }
     // A calibration never makes them: its bonds are ≥ 0.
-    let r = MicropolarCalibrator::new(&grid).calibrate(&Material::builtin("Si").unwrap().stiffness, Promise::Sum).unwrap();
+    let r =
+        MicropolarCalibrator::new(&grid).calibrate(&Material::builtin("Si").unwrap().stiffness, Promise::Sum).unwrap();
     assert!(r.tangential.iter().all(|c| *c >= 0.0));
 }

@@ -21,7 +21,12 @@ pub fn run(args: &args::Calibrate) -> Result<Ending> {
     let views = views(&args.cut)?;
     if args.table.row.is_none() && io::is_table(&args.material) {
         let neighbourhood = neighbourhood(&args.neighbourhood)?;
-        return table::run(args, &ModelCalibrator::new(&neighbourhood, settings)?);
+        let calibrator = ModelCalibrator::new(&neighbourhood, settings)?;
+        return table::run(args, &if args.prove { calibrator } else { calibrator.without_proof() });
+    }
+    if args.prove {
+        let problem = format!("--prove, but {} is one material", args.material);
+        return Err(Error::input(problem, "leave it out: one material's stability is always proved where it can be"));
     }
     if args.jsonl {
         return Err(Error::input(format!("--jsonl, but {} is one material", args.material), "use --json"));

@@ -126,7 +126,9 @@ fn side_by_side((left, a): (&str, &Voigt), (right, b): (&str, &Voigt)) -> String
 /// The line of a target without evidence against it.
 fn feasible(outcome: Outcome) -> &'static str {
     match outcome {
-        Outcome::NotConverged => "feasible         not known: the solver did not converge; the bonds are what it came to\n",
+        Outcome::NotConverged => {
+            "feasible         not known: the solver did not converge; the bonds are what it came to\n"
+        }
         _ => "feasible         yes\n",
     }
 }

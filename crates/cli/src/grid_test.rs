@@ -122,9 +122,9 @@ pub fn describe(r: &GridTestReport) -> String {
         (false, Evidence::Sampled) => "stability not known: the test was not solved to the end",
     };
     out += stability;
-    out += &r.smallest_eigenvalue.map_or("\n".into(), |e| {
-        format!("; weakest wave of the perfect grid {} Pa\n", text::number(e))
-    });
+    out += &r
+        .smallest_eigenvalue
+        .map_or("\n".into(), |e| format!("; weakest wave of the perfect grid {} Pa\n", text::number(e)));
     out += &format!(
         "static, rotations {}; force balance {:.1e}, asymmetry {:.1e}, energy against stress {:.1e}\n",
         if r.rotations == Rotations::Free { "free" } else { "blocked" },

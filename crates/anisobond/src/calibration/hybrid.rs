@@ -104,6 +104,8 @@ pub struct HybridCalibrator<'a> {
     directions: Vec<Vector6<f64>>,
     /// X1 = Σ s n⊗n⊗n⊗n (m⁴): the tensor of bonds of micromodulus 1.
     uniform: Matrix6<f64>,
+    /// Whether stability is proved over the whole zone, or left to the search where the signs do not prove it.
+    proves: bool,
 }
 
 impl<'a> HybridCalibrator<'a> {
@@ -124,7 +126,20 @@ impl<'a> HybridCalibrator<'a> {
                 directions.push(e);
             }
         }
-        Ok(HybridCalibrator { calibrator: Calibrator::new(neighbourhood), average, directions, uniform })
+        Ok(HybridCalibrator { calibrator: Calibrator::new(neighbourhood), average, directions, uniform, proves: true })
+    }
+
+    /// Leave the stability of waves to the search, which is some ten times faster, where the signs of the bonds and of Z
+    /// do not prove it.
+    #[must_use]
+    pub fn without_proof(mut self) -> Self {
+        self.proves = false;
+        self
+    }
+
+    /// Whether stability is proved over the whole zone where signs are not proof enough.
+    pub fn proves(&self) -> bool {
+        self.proves
     }
 
     /// The calibrator of the bonds.
@@ -217,7 +232,7 @@ impl<'a> HybridCalibrator<'a> {
             nodal,
             relative_error: target.relative_error(&reached),
             reached,
-            stability: dispersion.stability(),
+            stability: dispersion.stability_of(self.proves),
             long_waves: dispersion.long_waves(target),
             bonds,
             least_trace,

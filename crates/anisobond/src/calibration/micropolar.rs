@@ -310,7 +310,14 @@ impl<'a> MicropolarCalibrator<'a> {
         let form = Quartic::from(r.dual).component_div(&quartic_weights());
         let dual = tensor_coordinates(tensor_of(&form).mandel()) * self.share_unit.powi(2);
         let away = tensor_coordinates(&(target.mandel() - self.sum(&c).mandel()));
-        Ok(Solution { c, dual, away: Some((self.cause(target), away)), iterations: r.iterations, residual: 0.0, converged: r.converged })
+        Ok(Solution {
+            c,
+            dual,
+            away: Some((self.cause(target), away)),
+            iterations: r.iterations,
+            residual: 0.0,
+            converged: r.converged,
+        })
     }
 
     /// What a search from the central bonds and from the sum closest to a unit target finds.
@@ -325,7 +332,14 @@ impl<'a> MicropolarCalibrator<'a> {
         // Where the target is within reach for nodes that turn so, what is missing is all there is to say.
         let missing = tensor_coordinates(&(target.mandel() - self.relaxed(&c).mandel()));
         let away = if found.away.norm() > SAME { found.away } else { missing };
-        Solution { c, dual: found.dual, away: Some((self.cause(target), away)), iterations: found.steps, residual: 0.0, converged: true }
+        Solution {
+            c,
+            dual: found.dual,
+            away: Some((self.cause(target), away)),
+            iterations: found.steps,
+            residual: 0.0,
+            converged: true,
+        }
     }
 
     /// Why a unit target that no sum reaches is out of reach.
@@ -385,8 +399,14 @@ impl<'a> MicropolarCalibrator<'a> {
         let leaning = rays.project(away);
         let (face, off_face): (Vec<usize>, Vec<usize>) =
             (0..rays.len()).partition(|&i| rays.quartic(i).dot(&leaning) >= -ON_FACE);
-        let mut solution =
-            Solution { c: rays.zeros(), dual: Coordinates::zeros(), away: None, iterations: 0, residual: 0.0, converged: true };
+        let mut solution = Solution {
+            c: rays.zeros(),
+            dual: Coordinates::zeros(),
+            away: None,
+            iterations: 0,
+            residual: 0.0,
+            converged: true,
+        };
         if !face.is_empty() {
             let on_face = rays.subset(&face);
             let rest = on_face.project(&rays.lift(goal));

@@ -56,7 +56,7 @@ pub use microplane::{
 };
 pub use micropolar::{MicropolarCalibration, MicropolarCalibrator, MicropolarInfeasibility, Promise};
 pub(crate) use micropolar::{tensor_coordinates, tensor_of_coordinates};
-pub use model::{ModelCalibration, ModelCalibrator, ModelSettings, WaveEvidence};
+pub use model::{ModelCalibration, ModelCalibrator, ModelSettings, Proof, WaveEvidence};
 pub use sphere_rule::SphereRule;
 pub use strain_average::StrainAverage;
 pub use surface::{SurfaceStencil, SurfaceStencils, surface_stencils};

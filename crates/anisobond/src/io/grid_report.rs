@@ -104,7 +104,9 @@ impl GridTestReport {
         let proved_waves = waves.is_some_and(|s| s.evidence == Evidence::Proved);
         let perfect = nodes == cell.len() && cell.displacement == 0.0;
         let proved = match stable {
-            true => (perfect && proved_waves) || (study.network.is_never_negative() && (waves.is_none() || proved_waves)),
+            true => {
+                (perfect && proved_waves) || (study.network.is_never_negative() && (waves.is_none() || proved_waves))
+            }
             false => r.solver.negative_curvature || waves.is_some_and(|s| !s.stable),
         };
         GridTestReport {

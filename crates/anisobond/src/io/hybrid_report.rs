@@ -95,11 +95,7 @@ impl HybridReport {
             least_trace: r.least_trace,
             dual: bonds.dual,
             monomials: monomial_names(),
-            solver: SolverReport {
-                iterations: bonds.iterations,
-                residual: bonds.residual,
-                converged: bonds.converged,
-            },
+            solver: SolverReport { iterations: bonds.iterations, residual: bonds.residual, converged: bonds.converged },
         }
     }
 }

@@ -33,7 +33,8 @@ impl Network {
     /// rounding.
     pub fn is_never_negative(&self) -> bool {
         let semidefinite = |z: &NodalTerm| z.stiffness.eigen().0[0] >= -1e-14 * z.stiffness.norm();
-        self.bonds.iter().all(|b| b.normal >= 0.0 && b.tangential >= 0.0) && self.nodal.as_ref().is_none_or(semidefinite)
+        self.bonds.iter().all(|b| b.normal >= 0.0 && b.tangential >= 0.0)
+            && self.nodal.as_ref().is_none_or(semidefinite)
     }
 
     /// The nodes of a lattice joined by bonds of given stiffnesses.

@@ -204,6 +204,7 @@ def calibrate_table(
     unit: str | None = None,
     output: _Path | None = None,
     progress: _Progress = None,
+    prove: bool = False,
     **keywords: Unpack[_Bonds],
 ) -> Table: ...
 

@@ -27,7 +27,8 @@ impl BondSums {
     /// The bonds of length up to a reach.
     pub fn within(&self, reach: usize) -> Self {
         let square = (reach * reach) as i32;
-        let short = self.offsets.iter().zip(&self.weights).filter(|(o, _)| o.iter().map(|x| x * x).sum::<i32>() <= square);
+        let short =
+            self.offsets.iter().zip(&self.weights).filter(|(o, _)| o.iter().map(|x| x * x).sum::<i32>() <= square);
         let (offsets, weights) = short.unzip();
         BondSums::new(offsets, weights)
     }

@@ -30,6 +30,10 @@ const LANES: usize = 4;
 const BASE_PARTS: usize = 2;
 const RADIAL_PARTS: usize = 4;
 
+/// Waves of what is open that are handed back, and how far they are apart (rad).
+const STARTS: usize = 8;
+const APART: f64 = 0.2;
+
 /// Rounding of a corner's matrix, relative to the norms of what was summed.
 const ROUNDING: f64 = 1e-14;
 
@@ -71,8 +75,8 @@ pub enum Found {
     Above,
     /// This wave (phases) is.
     Below(Vector3<f64>),
-    /// The evaluations granted did not decide.
-    Undecided,
+    /// The evaluations granted did not decide; the weakest waves met in what is open.
+    Undecided(Vec<Vector3<f64>>),
 }
 
 /// D, g and κ²Δ² at phases θ.
@@ -194,7 +198,8 @@ impl Search<'_> {
                 return Found::Below(theta);
             }
             if self.evaluations >= most {
-                return Found::Undecided;
+                waiting.push_front(piece);
+                return Found::Undecided(weakest_of(&waiting));
             }
             waiting.extend(self.halves(piece, &losses));
         }
@@ -280,11 +285,7 @@ impl Search<'_> {
         self.open(rounded_by_axis, |c| {
             let corner = &piece.corners[c];
             let t = if c & 1 == 0 { piece.low[0] } else { piece.high[0] };
-            let mut losses = [
-                times(h, &along_t[c >> 1]),
-                times(ha * t * t, &along_a),
-                times(hb * t * t, &along_b),
-            ];
+            let mut losses = [times(h, &along_t[c >> 1]), times(ha * t * t, &along_a), times(hb * t * t, &along_b)];
             if let Some(edges) = &edges {
                 losses.iter_mut().zip(edges).for_each(|(loss, edge)| add(loss, 0.25, &edge[c]));
             }
@@ -334,6 +335,24 @@ impl Search<'_> {
         }
         weakest.map(|(_, lost)| lost)
     }
+}
+
+/// The weakest corners of what is open, apart from each other.
+fn weakest_of(open: &VecDeque<Piece>) -> Vec<Vector3<f64>> {
+    let corners = open.iter().flat_map(|piece| &piece.corners).filter(|c| c.laplacian > 0.0);
+    let mut values: Vec<(f64, Vector3<f64>)> =
+        corners.map(|c| (eigenvalue(&matrix(&c.d)) / c.laplacian, c.theta)).collect();
+    values.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut out: Vec<Vector3<f64>> = Vec::new();
+    for (_, theta) in values {
+        if out.len() == STARTS {
+            break;
+        }
+        if out.iter().all(|other| (other - theta).norm() > APART) {
+            out.push(theta);
+        }
+    }
+    out
 }
 
 impl Piece {

@@ -2,6 +2,7 @@
 
 mod bond_sums;
 mod bound;
+mod stability;
 mod zone;
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
@@ -12,7 +13,7 @@ use crate::lattice::Neighbourhood;
 use crate::tensor::{PAIRS, Stiffness};
 use crate::{Error, Result};
 use bond_sums::{BondSums, HalfPhases};
-pub use zone::{Evidence, Stability, StabilityEvidence};
+pub use stability::{Evidence, Stability, StabilityEvidence};
 use zone::{smallest_eigenvalue as eigenvalue, zone_directions};
 
 /// |k|Δ of the waves that stand for long ones.

@@ -1,12 +1,10 @@
-//! The weakest wave of the Brillouin zone.
+//! The weakest wave of the Brillouin zone, searched for.
 
 use std::f64::consts::PI;
 
 use nalgebra::{Matrix3, Vector3};
-use serde::{Deserialize, Serialize};
 
-use super::bond_sums::{BondSums, HalfPhases};
-use super::bound::{Energy, Found};
+use super::bond_sums::HalfPhases;
 use super::{Beyond, Dispersion, FREE_TO_TURN, LONG_WAVE};
 
 /// Points along each axis of the sampled zone; even, so that the zone's faces, edges and corners are among them.
@@ -28,149 +26,23 @@ const LAST_STEP: f64 = 4e-3;
 /// Rounds of the refinement at most; about a dozen are used.
 const MOST_ROUNDS: usize = 60;
 
+/// Ends of these searches that are followed down their valleys, and steps of that at most.
+const FOLLOWED: usize = 2;
+const MOST_DESCENTS: usize = 15;
+
+/// Step of the differences (rad) that make a slope, and the longest change of a phase in one step.
+const DIFFERENCE: f64 = 5e-3;
+const LONGEST_STEP: f64 = 0.4;
+
 /// What the closed form of an eigenvalue may be off, relative to ‖C‖; about 10⁻⁸ where eigenvalues are double.
 const CLOSED_FORM: f64 = 1e-7;
-
-/// Evaluations of D for a proof at most.
-const THOROUGH: usize = 100_000;
-
-/// Share of the smallest eigenvalue found that is to be proved.
-const PROVED: f64 = 0.1;
-
-/// What nine ± pairs of bonds n⊗n (2 − 2 cos φ) to the nearest 18 neighbours are above, relative to κ²Δ². It is ⅓, at the
-/// zone's corners; proved by [`Energy::is_above`] in a test.
-const NEAREST: f64 = 0.33;
-
-/// Reach (spacings) of the bonds that are tried alone first.
-const SHORT: usize = 3;
 
 /// Wave vectors that are summed side by side.
 const LANES: usize = 4;
 
-/// The weakest wave of a grid.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stability {
-    /// Smallest eigenvalue found of D(k)/κ²(k) (Pa), κ² = Σₐ (2 − 2 cos kₐΔ)/Δ² the grid's own |k|²: a modulus, which
-    /// for long waves is Christoffel's ρc² and is not positive where a mode costs no energy.
-    pub smallest_eigenvalue: f64,
-    /// The phases kₐΔ (rad, −π…π) along the three grid axes at which it was found.
-    pub phases: [f64; 3],
-    /// Whether it is above rounding (10⁻¹³ ‖C‖; with free rotations 10⁻¹⁰ ‖C‖).
-    pub stable: bool,
-    /// How that is known.
-    pub evidence: Evidence,
-    /// No wave of the zone has an eigenvalue below this (Pa, > 0); `None` where none was proved.
-    pub bound: Option<f64>,
-    /// ‖C‖ of the grid (Pa), the scale of the others.
-    pub norm: f64,
-    /// Wave vectors tried.
-    pub samples: usize,
-}
-
-impl Stability {
-    /// The smallest eigenvalue found, relative to ‖C‖ (–).
-    pub fn margin(&self) -> f64 {
-        self.smallest_eigenvalue / self.norm
-    }
-
-    /// How it is known, in brief.
-    pub fn brief(&self) -> StabilityEvidence {
-        StabilityEvidence {
-            evidence: self.evidence,
-            margin: self.margin(),
-            bound: self.bound.map(|bound| bound / self.norm),
-            at: self.phases,
-        }
-    }
-}
-
-/// What a report says beside whether a grid is stable.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct StabilityEvidence {
-    /// proved or sampled.
-    pub evidence: Evidence,
-    /// Smallest eigenvalue found of D(k)/κ²(k), relative to ‖C‖ (–).
-    pub margin: f64,
-    /// What it is proved to be at least everywhere in the Brillouin zone, relative to ‖C‖; `None` where nothing is.
-    pub bound: Option<f64>,
-    /// Phases kₐΔ (rad) along the grid's axes where the margin was found.
-    pub at: [f64; 3],
-}
-
-/// How it is known that a grid is stable, or that it is not.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Evidence {
-    /// Stable: positive bonds to the nearest 18 neighbours and a nodal term ⪰ 0, or a bound over the whole zone. Not stable:
-    /// the wave vector at which it was found.
-    Proved,
-    /// Stable as far as wave vectors were tried.
-    Sampled,
-}
-
-impl Evidence {
-    /// proved or sampled.
-    pub fn name(self) -> &'static str {
-        match self {
-            Evidence::Proved => "proved",
-            Evidence::Sampled => "sampled",
-        }
-    }
-}
-
 impl Dispersion {
-    /// The weakest wave of the Brillouin zone: D(k) at a grid of half the zone (8 points along each axis, so the zone's
-    /// faces, edges and corners are met), the lines from its centre to the 13 face, edge and corner points (12 points
-    /// each), 60 directions of long waves (|k|Δ = 0.05), then a search around the four weakest by halved steps; and a
-    /// proof that no wave is weaker than a share of that: at once where the bonds to the nearest 18 neighbours are positive
-    /// and Z ⪰ 0, else by branch and bound with 100 000 evaluations of D at most. A weaker wave that the proof meets is
-    /// followed.
-    pub fn stability(&self) -> Stability {
-        self.stability_within(THOROUGH)
-    }
-
-    /// As [`Self::stability`], with another number of evaluations for the proof at most.
-    pub fn stability_within(&self, most: usize) -> Stability {
-        let mut count = 0;
-        let mut weakest = self.search(&mut count);
-        let mut bound = self.bound_by_signs();
-        let mut left = most;
-        while bound.is_none() && weakest.0 > self.rounding() && left > 0 {
-            let m = PROVED * weakest.0;
-            let (found, used) = self.is_above(m, left);
-            left = left.saturating_sub(used);
-            count += used;
-            match found {
-                Found::Above => bound = Some(m),
-                Found::Undecided => break,
-                Found::Below(phases) => {
-                    let start = (self.weakest(&[phases])[0], phases);
-                    let end = self.refine(start, &mut count);
-                    let followed = [phases, end].map(|phases| (self.accurately(&phases), phases));
-                    let lower = if followed[0].0 < followed[1].0 { followed[0] } else { followed[1] };
-                    // The part that was looked at can be below what the whole is.
-                    if lower.0 >= weakest.0 {
-                        break;
-                    }
-                    weakest = lower;
-                }
-            }
-        }
-        let stable = weakest.0 > self.rounding();
-        let proved = !stable || bound.is_some();
-        Stability {
-            smallest_eigenvalue: weakest.0,
-            phases: weakest.1.into(),
-            stable,
-            evidence: if proved { Evidence::Proved } else { Evidence::Sampled },
-            bound: bound.filter(|_| stable),
-            norm: self.norm,
-            samples: count,
-        }
-    }
-
     /// The weakest of the samples and of the searches from them.
-    fn search(&self, count: &mut usize) -> (f64, Vector3<f64>) {
+    pub(super) fn search(&self, count: &mut usize) -> (f64, Vector3<f64>) {
         let samples = zone_samples();
         let values = self.weakest(&samples);
         let mut order: Vec<usize> = (0..samples.len()).collect();
@@ -181,60 +53,62 @@ impl Dispersion {
         let doubtful = order.iter().take_while(|&&i| values[i] <= values[order[0]] + CLOSED_FORM * self.norm);
         let mut ends: Vec<Vector3<f64>> = doubtful.map(|&i| samples[i]).collect();
         ends.extend(order.iter().take(REFINED).map(|&i| self.refine((values[i], samples[i]), count)));
-        let judged = ends.iter().map(|phases| (self.accurately(phases), *phases));
-        judged.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NAN, Vector3::zeros()))
+        let mut judged: Vec<(f64, Vector3<f64>)> =
+            ends.iter().map(|phases| (self.accurately(phases), *phases)).collect();
+        judged.sort_by(|a, b| a.0.total_cmp(&b.0));
+        judged.dedup_by(|a, b| (a.1 - b.1).norm() < 0.1);
+        let followed: Vec<_> = judged.iter().take(FOLLOWED).map(|end| self.descend(end.1, count)).collect();
+        judged.extend(followed);
+        judged.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NAN, Vector3::zeros()))
     }
 
-    /// A bound (Pa) from the signs of bonds and nodal term alone: with w ⪰ β n⊗n, β > 0, of the nine ± pairs to the nearest
-    /// and second nearest neighbours, D_b ⪰ [`NEAREST`] β κ²; and with |sin φ| ≤ κ|ξ| a nodal term takes z (Σ |v| |ξ|)² κ²
-    /// at most, −z its smallest eigenvalue, rounding where it is ⪰ 0.
-    fn bound_by_signs(&self) -> Option<f64> {
-        let weights = match &self.beyond {
-            Beyond::Rotations { normal, .. } => normal.as_deref()?,
-            _ => self.bonds.weights(),
-        };
-        // Of w = a n⊗n/|ξ|² the trace is a/|ξ|².
-        let strength = |w: &[f64; 6]| (w[0] + w[1] + w[2]) * self.spacing * self.spacing;
-        let near = self.bonds.offsets().iter().zip(weights).filter(|(o, _)| o.iter().map(|x| x * x).sum::<i32>() <= 2);
-        let (pairs, least) = near.fold((0, f64::INFINITY), |(n, least), (_, w)| (n + 1, strength(w).min(least)));
-        if pairs < 9 || weights.iter().any(|w| strength(w) < 0.0) {
-            return None;
-        }
-        let taken = match &self.beyond {
-            Beyond::Nodal { term, gradients } => {
-                let lengths = self.bonds.offsets().iter().map(|o| Vector3::from(o.map(f64::from)).norm());
-                let reach: f64 = gradients.iter().zip(lengths).map(|(v, length)| self.spacing * v.norm() * length).sum();
-                -term.symmetric_eigenvalues().min().min(0.0) * reach * reach
+    /// Down a valley, which may be narrow and oblique: a quasi-Newton descent (Nocedal & Wright 2006, section 6.1) with the
+    /// slope by differences, four step lengths tried at once.
+    pub(super) fn descend(&self, start: Vector3<f64>, count: &mut usize) -> (f64, Vector3<f64>) {
+        let mut best = (self.accurately(&start), start);
+        let mut inverse: Option<Matrix3<f64>> = None;
+        let mut last: Option<(Vector3<f64>, Vector3<f64>)> = None;
+        for _ in 0..MOST_DESCENTS {
+            let beside =
+                |n: usize| best.1 + Vector3::ith(n / 2, if n.is_multiple_of(2) { DIFFERENCE } else { -DIFFERENCE });
+            let around = self.weakest(&std::array::from_fn::<_, 6, _>(beside));
+            let slope = Vector3::from_fn(|a, _| (around[2 * a] - around[2 * a + 1]) / (2.0 * DIFFERENCE));
+            if let (Some(inverse), Some((place, before))) = (&mut inverse, last) {
+                let (s, y) = (best.1 - place, slope - before);
+                let curved = s.dot(&y);
+                if curved > 0.0 {
+                    let turn = Matrix3::identity() - s * y.transpose() / curved;
+                    *inverse = turn * *inverse * turn.transpose() + s * s.transpose() / curved;
+                }
             }
-            _ => 0.0,
-        };
-        Some(NEAREST * least - taken).filter(|bound| *bound > self.rounding())
-    }
-
-    /// Whether D(k) ⪰ m κ²(k) in the whole zone. Of free rotations that tangential bonds ≥ 0 resist it is enough that normal
-    /// bonds alone are above; of bonds alone, that their short ones are.
-    fn is_above(&self, m: f64, most: usize) -> (Found, usize) {
-        let all = &self.bonds;
-        let (bonds, nodal) = match &self.beyond {
-            Beyond::Nothing => (all.clone(), None),
-            Beyond::Nodal { term, gradients } => (all.clone(), Some((term, gradients))),
-            Beyond::Rotations { normal: Some(normal), .. } => (BondSums::new(all.offsets().to_vec(), normal.clone()), None),
-            Beyond::Rotations { normal: None, .. } => return (Found::Undecided, 0),
-        };
-        if let Some((term, gradients)) = nodal {
-            return Energy::new(bonds, self.spacing).with_nodal(term, gradients).is_above(m, most);
-        }
-        let mut used = 0;
-        let none_negative = bonds.weights().iter().all(|w| w[0] + w[1] + w[2] >= 0.0);
-        if bonds.reach() > SHORT && none_negative {
-            let (found, tried) = Energy::new(bonds.within(SHORT), self.spacing).is_above(m, most);
-            used = tried;
-            if matches!(found, Found::Above) {
-                return (found, used);
+            // To begin with, the curvature along the axes.
+            let inverse = inverse.get_or_insert_with(|| {
+                let curvature = |a: usize| {
+                    let second = (around[2 * a] + around[2 * a + 1] - 2.0 * best.0) / (DIFFERENCE * DIFFERENCE);
+                    second.max(slope.norm() / LONGEST_STEP).max(f64::MIN_POSITIVE)
+                };
+                Matrix3::from_diagonal(&Vector3::from_fn(|a, _| curvature(a).recip()))
+            });
+            let step = -*inverse * slope;
+            let step = step * (LONGEST_STEP / step.amax()).min(1.0);
+            last = Some((best.1, slope));
+            let tried = [[1.0, 0.5, 0.25, 0.1], [0.04, 0.015, 5e-3, 1e-3]].into_iter().find_map(|lengths| {
+                let places = lengths.map(|t| best.1 + t * step);
+                *count += lengths.len();
+                let values = self.weakest(&places);
+                let lower = values.into_iter().zip(places).filter(|(_, p)| wrapped_all(p).norm() >= LONG_WAVE);
+                lower.filter(|(value, _)| *value < best.0).min_by(|a, b| a.0.total_cmp(&b.0))
+            });
+            *count += around.len();
+            let Some(lower) = tried else { break };
+            let little = best.0 - lower.0 <= 1e-7 * best.0.abs();
+            best = lower;
+            if little {
+                break;
             }
         }
-        let (found, more) = Energy::new(bonds, self.spacing).is_above(m, most);
-        (found, used + more)
+        let end = wrapped_all(&best.1);
+        (self.accurately(&end), end)
     }
 
     /// A local minimum by steps along the axes, halved when none helps.
@@ -285,7 +159,7 @@ impl Dispersion {
     }
 
     /// Smallest eigenvalue of D/κ² (Pa) to rounding.
-    fn accurately(&self, phases: &Vector3<f64>) -> f64 {
+    pub(super) fn accurately(&self, phases: &Vector3<f64>) -> f64 {
         if let Some(resistance) = self.falling_turn(phases) {
             return resistance;
         }
@@ -326,6 +200,10 @@ fn wrapped(phase: f64) -> f64 {
     if phase.abs() <= PI { phase } else { phase - 2.0 * PI * (phase / (2.0 * PI)).round() }
 }
 
+fn wrapped_all(phases: &Vector3<f64>) -> Vector3<f64> {
+    phases.map(wrapped)
+}
+
 /// The 13 directions from the centre of the zone to its face, edge and corner points, one of each ± pair.
 pub(super) fn zone_directions() -> Vec<Vector3<f64>> {
     let numbers = || -1..=1;
@@ -357,27 +235,6 @@ fn zone_samples() -> Vec<Vector3<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// The bonds to the nearest 18 neighbours: what [`Dispersion::bound_by_signs`] relies on.
-    #[test]
-    fn nearest_neighbours_are_above_a_third() {
-        let offsets: Vec<[i32; 3]> = zone_directions()
-            .iter()
-            .filter(|n| n.norm_squared() < 2.5)
-            .map(|n| std::array::from_fn(|a| n[a] as i32))
-            .collect();
-        let weights: Vec<[f64; 6]> = offsets
-            .iter()
-            .map(|o| {
-                let n = Vector3::from(o.map(f64::from)).normalize();
-                super::super::upper(&(n * n.transpose()))
-            })
-            .collect();
-        assert_eq!(weights.len(), 9);
-        let energy = Energy::new(BondSums::new(offsets, weights), 1.0);
-        assert!(matches!(energy.is_above(NEAREST, 20_000).0, Found::Above));
-        assert!(matches!(energy.is_above(0.334, 20_000).0, Found::Below(_)));
-    }
 
     /// Cardano against the iterative eigenvalues, double and triple ones included.
     #[test]
