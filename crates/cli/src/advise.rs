@@ -55,7 +55,7 @@ pub fn describe(r: &AdviceReport) -> String {
             text::percent(m.promised_error),
             text::percent(m.measured_error),
             stress(m.smallest_eigenvalue),
-            if m.stable { "" } else { " (not stable)" }
+            if m.stable { format!(" ({})", m.stability.evidence.name()) } else { " (not stable)".into() }
         );
     }
     out

@@ -1,6 +1,8 @@
 //! `anisobond calibrate`.
 
-use anisobond::calibration::{HybridForm, LowerBound, ModelCalibration, ModelCalibrator, ModelSettings, Promise};
+use anisobond::calibration::{
+    HybridForm, LowerBound, ModelCalibration, ModelCalibrator, ModelSettings, Outcome, Promise,
+};
 use anisobond::io::{self, BondModuli, Files, ModelReport, NeighbourhoodReport, parse_orientation, picture};
 use anisobond::lattice::{Neighbourhood, Shape};
 use anisobond::tensor::Material;
@@ -19,7 +21,12 @@ pub fn run(args: &args::Calibrate) -> Result<Ending> {
     let views = views(&args.cut)?;
     if args.table.row.is_none() && io::is_table(&args.material) {
         let neighbourhood = neighbourhood(&args.neighbourhood)?;
-        return table::run(args, &ModelCalibrator::new(&neighbourhood, settings)?);
+        let calibrator = ModelCalibrator::new(&neighbourhood, settings)?;
+        return table::run(args, &if args.prove { calibrator } else { calibrator.without_proof() });
+    }
+    if args.prove {
+        let problem = format!("--prove, but {} is one material", args.material);
+        return Err(Error::input(problem, "leave it out: one material's stability is always proved where it can be"));
     }
     if args.jsonl {
         return Err(Error::input(format!("--jsonl, but {} is one material", args.material), "use --json"));
@@ -46,6 +53,10 @@ pub fn run(args: &args::Calibrate) -> Result<Ending> {
                 text::number(100.0 * error)
             );
             Ending::NotExact
+        }
+        _ if done.result.outcome() == Outcome::NotConverged => {
+            eprintln!("anisobond: the calibration did not converge; the bonds are what the solver came to");
+            Ending::NotConverged
         }
         _ => Ending::Done,
     })

@@ -1,7 +1,8 @@
 //! The calibration of one material, in words and numbers.
 
+use anisobond::calibration::{Evidence, Outcome};
 use anisobond::io::report::{
-    CalibrationReport, InfeasibilityReport, MicromodulusReport, NeighbourhoodReport, Voigt, WavesOfGrid,
+    CalibrationReport, InfeasibilityReport, MicromodulusReport, NeighbourhoodReport, SolverReport, Voigt, WavesOfGrid,
 };
 use anisobond::io::{HybridReport, MicropolarReport, ModelReport};
 
@@ -25,14 +26,14 @@ fn central(r: &CalibrationReport) -> String {
         text::percent(r.relative_error),
         text::percent(r.cauchy_gap)
     );
-    out += &feasibility(r.infeasibility.as_ref(), (unit, name));
+    out += &feasibility(r.outcome, r.infeasibility.as_ref(), (unit, name));
     out += &format!("anisotropy A^U   {}\n", text::number(r.universal_anisotropy));
     out += &micromodulus("micromodulus c ", &r.micromodulus, r.neighbourhood.bonds);
     if r.lower_bound > 0.0 {
         out += &format!("lower bound      {} N/m⁶\n", text::number(r.lower_bound));
     }
     out += &waves(&r.waves, (unit, name));
-    out += &format!("solver           {} Newton steps, residual {:.1e}\n", r.solver.iterations, r.solver.residual);
+    out += &solver(&r.solver);
     out
 }
 
@@ -49,7 +50,7 @@ fn micropolar(r: &MicropolarReport) -> String {
     );
     out += &format!("Cauchy gap       {} %: the least without tangential bonds\n", text::percent(r.cauchy_gap));
     match &r.infeasibility {
-        None => out += "feasible         yes\n",
+        None => out += feasible(r.outcome),
         Some(i) => {
             out += &format!("feasible         no: {}\n", i.explanation);
             out += &format!(
@@ -64,7 +65,7 @@ fn micropolar(r: &MicropolarReport) -> String {
     out += &micromodulus("normal c_n     ", &r.micromodulus, r.neighbourhood.bonds);
     out += &micromodulus("tangential c_t ", &r.tangential_micromodulus, r.neighbourhood.bonds);
     out += &waves(&r.waves, (unit, name));
-    out += &format!("solver           {} Newton steps, residual {:.1e}\n", r.solver.iterations, r.solver.residual);
+    out += &solver(&r.solver);
     out
 }
 
@@ -93,7 +94,7 @@ fn hybrid(r: &HybridReport) -> String {
         out += &format!("floor of c       {} N/m⁶\n", text::number(r.lower_bound));
     }
     out += &waves(&r.waves, (unit, name));
-    out += &format!("solver           {} Newton steps, residual {:.1e}\n", r.solver.iterations, r.solver.residual);
+    out += &solver(&r.solver);
     out
 }
 
@@ -122,8 +123,24 @@ fn side_by_side((left, a): (&str, &Voigt), (right, b): (&str, &Voigt)) -> String
     out
 }
 
-fn feasibility(infeasibility: Option<&InfeasibilityReport>, (unit, name): (f64, &str)) -> String {
-    let Some(i) = infeasibility else { return "feasible         yes\n".into() };
+/// The line of a target without evidence against it.
+fn feasible(outcome: Outcome) -> &'static str {
+    match outcome {
+        Outcome::NotConverged => {
+            "feasible         not known: the solver did not converge; the bonds are what it came to\n"
+        }
+        _ => "feasible         yes\n",
+    }
+}
+
+/// How the solver ended.
+fn solver(s: &SolverReport) -> String {
+    let ended = if s.converged { "" } else { "; NOT CONVERGED: the bonds are what it came to" };
+    format!("solver           {} steps, residual {:.1e}{ended}\n", s.iterations, s.residual)
+}
+
+fn feasibility(outcome: Outcome, infeasibility: Option<&InfeasibilityReport>, (unit, name): (f64, &str)) -> String {
+    let Some(i) = infeasibility else { return feasible(outcome).into() };
     format!(
         "feasible         no: {}\ncertificate      y(n) ≤ {:.1e} on every bond, y·S = {} {name}, distance {} % of the \
          Cauchy part\n",
@@ -146,10 +163,17 @@ fn micromodulus(title: &str, m: &MicromodulusReport, bonds: usize) -> String {
 
 fn waves(w: &WavesOfGrid, (unit, name): (f64, &str)) -> String {
     let phases = w.smallest_at_phases.map(|p| text::number((p / std::f64::consts::PI * 1e4).round() / 1e4));
+    let stability = match (w.stable, w.stability.evidence) {
+        (true, Evidence::Proved) => "yes, proved",
+        (true, Evidence::Sampled) => "yes as sampled, not proved",
+        (false, _) => "no",
+    };
+    let everywhere = w.stability.bound.map_or(String::new(), |b| format!(", above {b:.1e} ‖C‖ everywhere"));
     let mut out = format!(
-        "stable           {}: smallest eigenvalue {} {name} at k = ({}) π/Δ, {} wave vectors tried\n",
-        if w.stable { "yes" } else { "no" },
+        "stable           {stability}: smallest eigenvalue {} {name} = {:.3e} ‖C‖ at k = ({}) π/Δ, {} wave vectors \
+         tried{everywhere}\n",
         text::number(w.smallest_eigenvalue / unit),
+        w.stability.margin,
         phases.join(", "),
         w.sampled_waves
     );

@@ -1,6 +1,6 @@
 //! `anisobond element-test --grid`: the element test of a cell of a grid.
 
-use anisobond::calibration::{Model, ModelCalibrator};
+use anisobond::calibration::{Evidence, Model, ModelCalibrator};
 use anisobond::experiment::element_test::{ElementTest, Rotations};
 use anisobond::experiment::{Correction, GridStudy};
 use anisobond::io::{self, GridTestReport};
@@ -115,14 +115,16 @@ pub fn describe(r: &GridTestReport) -> String {
         percent(r.target_error),
         percent(r.promised_error)
     );
-    out += &match r.smallest_eigenvalue {
-        Some(e) => format!(
-            "{}; weakest wave of the perfect grid {} Pa\n",
-            if r.stable { "stable" } else { "not stable" },
-            text::number(e)
-        ),
-        None => format!("{}\n", if r.stable { "no displacement of negative energy was met" } else { "not stable" }),
+    let stability = match (r.stable, r.stability.evidence) {
+        (true, Evidence::Proved) => "stable, proved",
+        (true, Evidence::Sampled) => "stable as sampled, not proved: no displacement of negative energy was met",
+        (false, Evidence::Proved) => "not stable",
+        (false, Evidence::Sampled) => "stability not known: the test was not solved to the end",
     };
+    out += stability;
+    out += &r
+        .smallest_eigenvalue
+        .map_or("\n".into(), |e| format!("; weakest wave of the perfect grid {} Pa\n", text::number(e)));
     out += &format!(
         "static, rotations {}; force balance {:.1e}, asymmetry {:.1e}, energy against stress {:.1e}\n",
         if r.rotations == Rotations::Free { "free" } else { "blocked" },

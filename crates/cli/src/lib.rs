@@ -55,6 +55,8 @@ enum Ending {
     Deviates,
     /// The target was not reached to the required error.
     NotExact,
+    /// A calibration did not converge: its bonds are what the solver came to.
+    NotConverged,
 }
 
 /// Run the command of a command line, the program's name first, and return the exit code.
@@ -75,6 +77,7 @@ pub fn main_from(words: impl IntoIterator<Item = OsString>) -> u8 {
         Ok(Ending::Done) => 0,
         Ok(Ending::Deviates) => 1,
         Ok(Ending::NotExact) => 3,
+        Ok(Ending::NotConverged) => 4,
         Err(error) => {
             eprintln!("anisobond: {error}");
             if matches!(error, Error::Interrupted { .. }) { 130 } else { 2 }

@@ -38,7 +38,7 @@ pub fn run(args: &args::Calibrate, calibrator: &ModelCalibrator) -> Result<Endin
 
 fn finish(args: &args::Calibrate, results: &TableResults) -> Result<Ending> {
     let mut failed = Vec::new();
-    let mut not_exact = 0;
+    let (mut not_exact, mut not_converged) = (0, 0);
     let mut lines = String::new();
     for row in results.values() {
         let id = row["id"].as_str().unwrap_or("").to_string();
@@ -50,13 +50,17 @@ fn finish(args: &args::Calibrate, results: &TableResults) -> Result<Ending> {
             None => {
                 let error = row["relative_error"].as_f64().unwrap_or(f64::NAN);
                 not_exact += usize::from(args.require_exact.is_some_and(|e| error.is_nan() || error > e));
+                not_converged += usize::from(row["outcome"] == "not-converged");
                 lines += &format!(
                     "{id:16} {:16} error {:>10} %  gap {:>10} %  {}{}{}\n",
                     row["material"].as_str().unwrap_or(""),
                     text::percent(error),
                     text::percent(row["cauchy_gap"].as_f64().unwrap_or(f64::NAN)),
-                    if row["feasible"] == true { "feasible" } else { "infeasible" },
-                    if row["stable"] == true { ", stable" } else { ", not stable" },
+                    row["outcome"].as_str().unwrap_or("").replace('-', " "),
+                    match (row["stable"] == true, row["stability"]["evidence"].as_str().unwrap_or("")) {
+                        (true, evidence) => format!(", stable ({evidence})"),
+                        (false, _) => ", not stable".into(),
+                    },
                     row["form"].as_str().map_or(String::new(), |form| format!(", {form}")),
                 );
             }
@@ -85,7 +89,14 @@ fn finish(args: &args::Calibrate, results: &TableResults) -> Result<Ending> {
     if failed.len() == all {
         return Err(Error::input("no row of the table could be calibrated", "see the errors of its rows"));
     }
-    Ok(if not_exact > 0 { Ending::NotExact } else { Ending::Done })
+    if not_converged > 0 {
+        eprintln!("{not_converged} did not converge: each says so in its `outcome`");
+    }
+    Ok(match (not_exact, not_converged) {
+        (0, 0) => Ending::Done,
+        (0, _) => Ending::NotConverged,
+        _ => Ending::NotExact,
+    })
 }
 
 /// Failed rows listed one by one on stderr.

@@ -23,6 +23,12 @@ fn check(r: &Value, model: &str) {
     // Never stable with a wave that costs nothing.
     let stable = r["stable"].as_bool().unwrap();
     assert_eq!(stable, number(r, "/smallest_eigenvalue") > 1e-9 * number(r, "/target/0/0"), "{r}");
+    // Nor without saying how that is known, and by what margin.
+    let evidence = r["stability"]["evidence"].as_str().unwrap();
+    assert!(evidence == "proved" || (stable && evidence == "sampled"), "{r}");
+    assert_eq!(stable && evidence == "proved", r["stability"]["bound"].as_f64().is_some_and(|bound| bound > 0.0), "{r}");
+    assert!(number(r, "/stability/margin") < 1.0 && r["stability"]["at"] == r["smallest_at_phases"], "{r}");
+    assert!(r["outcome"] != "not-converged" && (r["outcome"] == "feasible") == (r["feasible"] == true), "{r}");
     if !r["long_wave_order_of_reached"].is_null() && number(r, "/long_wave_error_of_reached") < 0.05 {
         assert!((number(r, "/long_wave_order_of_reached") - 2.0).abs() < 0.2, "{r}");
     }
@@ -150,7 +156,9 @@ fn tables_have_the_columns_of_the_model_and_notice_another() {
         }
     }
     let text = stdout(&["calibrate", &table, "--horizon", "3", "--model", "hybrid"]);
-    assert!(text.contains(", stable, remainder"), "{text}");
+    assert!(text.contains(", stable (sampled), remainder"), "{text}");
+    let proved = stdout(&["calibrate", &table, "--horizon", "3", "--model", "hybrid", "--prove"]);
+    assert!(proved.contains(", stable (proved), remainder"), "{proved}");
 }
 
 #[test]

@@ -16,10 +16,11 @@ use crate::work::{Beat, OrRaise, watched};
 /// truths (None where a row failed), counts, numbers.
 ///
 /// With a folder `output` finished rows are kept, and the same call goes on where it was stopped. `unit` is that of a table
-/// that names none. `progress` is True, a callable (done, total, message), or tqdm. Other keywords as `calibrate`.
+/// that names none. `prove` asks for a proof of every row's stability over the whole Brillouin zone; without it a row whose bonds'
+/// signs are not proof enough says `sampled`. `progress` is True, a callable (done, total, message), or tqdm. Other keywords as `calibrate`.
 #[pyfunction]
 #[pyo3(signature = (table, neighbourhood=None, *, model="central", form=None, promise=None, lower_bound=None, unit=None,
-                    output=None, progress=None, **keywords))]
+                    output=None, progress=None, prove=False, **keywords))]
 #[allow(clippy::too_many_arguments)] // They are keywords.
 pub fn calibrate_table<'py>(
     py: Python<'py>,
@@ -32,6 +33,7 @@ pub fn calibrate_table<'py>(
     unit: Option<&str>,
     output: Option<&Bound<'py, PyAny>>,
     progress: Option<&Bound<'py, PyAny>>,
+    prove: bool,
     keywords: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let settings = settings(model, form, promise, lower_bound)?;
@@ -41,6 +43,7 @@ pub fn calibrate_table<'py>(
     let output = output.map(convert::path).transpose()?;
     let found = watched(py, progress, "rows", |stop, tell| {
         let calibrator = ModelCalibrator::new(&grid, settings)?;
+        let calibrator = if prove { calibrator } else { calibrator.without_proof() };
         let mut journal = match &output {
             None => None,
             Some(folder) => {

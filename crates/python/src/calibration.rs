@@ -51,13 +51,9 @@ impl Found {
         }
     }
 
-    fn feasible(&self) -> bool {
-        match &self.result {
-            ModelCalibration::Central(r, _) => r.feasible(),
-            ModelCalibration::Micropolar(r, _) => r.feasible(),
-            // The nodal term takes what bonds cannot reach.
-            ModelCalibration::Hybrid(_) => true,
-        }
+    fn stable(&self) -> String {
+        let stability = self.result.stability();
+        if stability.stable { format!("stable ({})", stability.evidence.name()) } else { "not stable".into() }
     }
 }
 
@@ -96,13 +92,33 @@ impl Calibration {
     /// Whether non-negative bonds (and the nodal term) reach what the model can express of the target.
     #[getter]
     fn feasible(&self) -> bool {
-        self.found.feasible()
+        self.found.result.feasible()
     }
 
-    /// Whether every sampled wave of the grid has positive energy.
+    /// feasible, infeasible, or not converged: the bonds are then what the solver came to.
+    #[getter]
+    fn outcome(&self) -> &'static str {
+        self.found.result.outcome().name()
+    }
+
+    /// Whether every wave of the grid has positive energy; how that is known, `stability` says.
     #[getter]
     fn stable(&self) -> bool {
         self.found.result.stability().stable
+    }
+
+    /// How it is known whether the grid is stable: `evidence` (proved, or sampled: no wave that was tried says otherwise),
+    /// `margin` (the smallest eigenvalue found, relative to ‖C‖), `bound` (what it is proved to be at least everywhere in
+    /// the Brillouin zone, or None) and `at` (the phases kₐΔ of the margin).
+    #[getter]
+    fn stability<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let brief = self.found.result.stability().brief();
+        let out = PyDict::new(py);
+        out.set_item("evidence", brief.evidence.name())?;
+        out.set_item("margin", brief.margin)?;
+        out.set_item("bound", brief.bound)?;
+        out.set_item("at", brief.at)?;
+        Ok(out)
     }
 
     /// Where the target is infeasible: why, and the certificate that proves it; else None.
@@ -240,7 +256,7 @@ fn bound_of(given: &Bound<'_, PyAny>) -> PyResult<LowerBound> {
 ///
 /// >>> bonds = calibrate("KIO3", horizon=3, spacing="2 mm")
 /// >>> bonds
-/// <Calibration of KIO3: central, 122 bonds, error 3.18728 %, feasible, stable>
+/// <Calibration of KIO3: central, 122 bonds, error 3.18728 %, feasible, stable (proved)>
 /// >>> bonds.micromodulus.shape, bonds.reached.cauchy_gap < 1e-12
 /// ((122,), True)
 /// >>> calibrate("Te2W", horizon=3, model="hybrid").error < 1e-12
@@ -311,12 +327,12 @@ fn calibration(
 ) -> PyResult<Bound<'_, Calibration>> {
     let n = found.bonds.len();
     let summary = format!(
-        "{}: {}, {n} bonds, error {}{}{}",
+        "{}: {}, {n} bonds, error {}, {}, {}",
         found.material.name,
         found.result.model().name(),
         percent(found.result.promised_error()),
-        if found.feasible() { ", feasible" } else { ", infeasible" },
-        if found.result.stability().stable { ", stable" } else { ", not stable" }
+        found.result.outcome().name(),
+        found.stable()
     );
     let report = Report::new(summary, &found.report, describe::calibration(&found.report))?;
     let micromodulus = convert::shaped(py, found.result.normal().to_vec(), &[n])?.unbind();

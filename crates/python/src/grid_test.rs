@@ -79,6 +79,12 @@ impl GridTest {
     fn stable(&self) -> bool {
         self.report.stable
     }
+
+    /// How that is known: proved, or sampled by the displacements of the test.
+    #[getter]
+    fn evidence(&self) -> &'static str {
+        self.report.stability.evidence.name()
+    }
 }
 
 /// The cell that the keywords describe.

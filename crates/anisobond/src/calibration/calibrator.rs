@@ -4,9 +4,10 @@ use std::collections::HashMap;
 use std::sync::OnceLock;
 
 use nalgebra::Vector3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-use super::dual_newton;
+use super::dual_newton::{self, DualOutcome};
+use super::least_norm::least_norm;
 use super::nnls;
 use super::rays::{Coordinates, PerRay, Rays, at, set};
 use crate::lattice::Neighbourhood;
@@ -23,8 +24,8 @@ const CERTIFICATE_MARGIN: f64 = 1e-14;
 /// rarely needs more.
 const USUAL_ITERATIONS: usize = 12;
 
-/// Newton steps granted to a target that is known to have a solution.
-const MOST_ITERATIONS: usize = 200;
+/// Newton steps granted to a target that is known to have a solution, before the bonds themselves are solved for.
+const MOST_ITERATIONS: usize = 60;
 
 /// Cuts of the linear program for the largest bound; about ten are used.
 const MOST_CUTS: usize = 200;
@@ -51,6 +52,37 @@ pub enum Cause {
     Cone,
     /// Both.
     RankAndCone,
+}
+
+/// What came of a calibration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Outcome {
+    /// The bonds reach what was aimed at, with the least norm.
+    Feasible,
+    /// No bonds do; these are the nearest.
+    Infeasible,
+    /// The solver ended early: the bonds are what it came to.
+    NotConverged,
+}
+
+impl Outcome {
+    pub(super) fn of(feasible: bool, converged: bool) -> Self {
+        match (converged, feasible) {
+            (false, _) => Outcome::NotConverged,
+            (true, true) => Outcome::Feasible,
+            (true, false) => Outcome::Infeasible,
+        }
+    }
+
+    /// feasible, infeasible or not converged.
+    pub fn name(self) -> &'static str {
+        match self {
+            Outcome::Feasible => "feasible",
+            Outcome::Infeasible => "infeasible",
+            Outcome::NotConverged => "not converged",
+        }
+    }
 }
 
 /// Evidence that a target is out of reach.
@@ -97,12 +129,20 @@ pub struct Calibration {
     pub iterations: usize,
     /// ‖Xc − S‖/‖S‖, with the closest reachable tensor in place of S when infeasible.
     pub residual: f64,
+    /// Whether the solver ended where it should: the residual is rounding (at most 10⁻¹²) and no bonds of smaller norm
+    /// have the same tensor. Where not, the bonds are what it came to.
+    pub converged: bool,
 }
 
 impl Calibration {
-    /// Whether the bonds reach the Cauchy part of the target.
+    /// Whether the bonds reach the Cauchy part of the target, to 10⁻¹².
     pub fn feasible(&self) -> bool {
-        self.infeasibility.is_none()
+        self.infeasibility.is_none() && self.residual <= REACHED
+    }
+
+    /// What came of it.
+    pub fn outcome(&self) -> Outcome {
+        Outcome::of(self.feasible(), self.converged)
     }
 
     /// Whether the bonds reach the target itself, to a relative error.
@@ -230,6 +270,7 @@ impl<'a> Calibrator<'a> {
             infeasibility,
             iterations: solution.iterations,
             residual: solution.residual,
+            converged: solution.converged && solution.residual <= REACHED,
         })
     }
 
@@ -241,13 +282,15 @@ impl<'a> Calibrator<'a> {
         let spanned = outside.norm() <= REACHED;
         let mut outcome = dual_newton::maximise(rays, &inside, bound, USUAL_ITERATIONS);
         let mut closest = Quartic::zeros();
+        let mut converged = true;
         if outcome.residual > REACHED {
-            closest = nnls::closest(rays, &(inside - rays.tensor(&rays.filled(bound))));
+            let judged = nnls::closest(rays, &(inside - rays.tensor(&rays.filled(bound))));
+            closest = judged.residual;
             if closest.norm() <= REACHED {
-                outcome = dual_newton::maximise(rays, &inside, bound, MOST_ITERATIONS);
+                (outcome, converged) = least_norm_from(rays, &inside, bound, &judged.passive);
             }
         }
-        // A target that is in the cone has a solution; should Newton end early all the same, the residual says so.
+        // A target that is in the cone has a solution; should none have been found all the same, the residual says so.
         if outcome.residual <= REACHED || (spanned && closest.norm() <= REACHED) {
             return Solution {
                 bound,
@@ -257,6 +300,7 @@ impl<'a> Calibrator<'a> {
                 distance: if spanned { 0.0 } else { outside.norm() },
                 iterations: outcome.iterations,
                 residual: outcome.residual,
+                converged,
             };
         }
 
@@ -284,13 +328,17 @@ impl<'a> Calibrator<'a> {
             (0..rays.len()).partition(|&i| rays.quartic(i).dot(&leaning) >= -ON_FACE);
         let mut c = rays.filled(bound);
         let mut dual = Quartic::zeros();
-        let mut iterations = 0;
+        let (mut iterations, mut converged) = (0, true);
         if !face.is_empty() {
             let mut fixed = rays.zeros();
             off_face.iter().for_each(|&i| set(&mut fixed, i, bound));
             let on_face = rays.subset(&face);
             let rest = on_face.project(&rays.lift(&(goal - rays.tensor(&fixed))));
-            let restricted = dual_newton::maximise(&on_face, &rest, bound, MOST_ITERATIONS);
+            let mut restricted = dual_newton::maximise(&on_face, &rest, bound, USUAL_ITERATIONS);
+            if restricted.residual > REACHED {
+                let start = nnls::closest(&on_face, &(rest - on_face.tensor(&on_face.filled(bound)))).passive;
+                (restricted, converged) = least_norm_from(&on_face, &rest, bound, &start);
+            }
             face.iter().enumerate().for_each(|(j, &i)| set(&mut c, i, at(&restricted.c, j)));
             iterations = restricted.iterations;
             dual = push_below_bound(rays, &off_face, bound, &on_face.lift(&restricted.y), away);
@@ -303,6 +351,7 @@ impl<'a> Calibrator<'a> {
             certificate: None,
             distance: 0.0,
             iterations,
+            converged,
         }
     }
 
@@ -319,7 +368,7 @@ impl<'a> Calibrator<'a> {
         let mut support = -rays.project(&one_everywhere());
         let mut bound = support.dot(&target) / support.dot(&ones);
         for _ in 0..MOST_CUTS {
-            let r = nnls::closest(rays, &(target - bound * ones));
+            let r = nnls::closest(rays, &(target - bound * ones)).residual;
             let slope = r.dot(&ones);
             if slope >= 0.0 {
                 break;
@@ -398,6 +447,25 @@ struct Solution {
     distance: f64,
     iterations: usize,
     residual: f64,
+    /// Whether the norm is the least.
+    converged: bool,
+}
+
+/// The least norm for a target that is known to have a solution, given by its coefficients on some rays: by Newton's
+/// method on the dual, and where that loses its digits, by descent on the bonds. Whether it is the least.
+pub(super) fn least_norm_from<const D: usize>(
+    rays: &Rays<D>,
+    target: &Coordinates<D>,
+    bound: f64,
+    start: &[(usize, f64)],
+) -> (DualOutcome<D>, bool) {
+    let newton = dual_newton::maximise(rays, target, bound, MOST_ITERATIONS);
+    if newton.residual <= REACHED {
+        return (newton, true);
+    }
+    let found = least_norm(rays, target, bound, start);
+    let iterations = newton.iterations + found.iterations;
+    (DualOutcome { y: found.y, c: found.c, iterations, residual: found.residual }, found.least)
 }
 
 /// The quartic form |n|⁴ = 1.

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::advice::Model;
 use super::calibrator::LowerBound;
+use super::dispersion::StabilityEvidence;
 use super::micropolar::Promise;
 use super::model::{ModelCalibration, ModelCalibrator, ModelSettings};
 use crate::Result;
@@ -35,8 +36,10 @@ pub struct ReferenceModel {
     pub promised_error: f64,
     /// ‖C − tensor of the perfect grid‖/‖C‖ (–), node rotations free.
     pub measured_error: f64,
-    /// Whether every sampled wave has positive energy.
+    /// Whether every wave has positive energy; how that is known, `stability` says.
     pub stable: bool,
+    /// How it is known, and by what margin.
+    pub stability: StabilityEvidence,
     /// Smallest eigenvalue of the dynamical matrix D(k)/κ²(k) over the zone (Pa).
     pub smallest_eigenvalue: f64,
 }
@@ -78,6 +81,7 @@ impl ReferenceModel {
             promised_error: r.promised_error(),
             measured_error,
             stable: r.stability().stable,
+            stability: r.stability().brief(),
             smallest_eigenvalue: r.stability().smallest_eigenvalue,
         }
     }

@@ -8,7 +8,7 @@ use std::collections::HashSet;
 use nalgebra::{Matrix6, Vector6};
 use serde::Serialize;
 
-use super::calibrator::{Calibration, Calibrator, LowerBound, primitive_direction};
+use super::calibrator::{Calibration, Calibrator, LowerBound, Outcome, primitive_direction};
 use super::dispersion::{Dispersion, LongWaves, Stability};
 use super::least_trace::{largest_relative, least_trace};
 use super::strain_average::StrainAverage;
@@ -21,6 +21,10 @@ const FLOOR: f64 = 0.01;
 
 /// ‖C − Σ s c n⊗n⊗n⊗n‖/‖C‖ up to which the bonds alone are the tensor and the nodal term is zero.
 const REACHED: f64 = 1e-12;
+
+/// What is added to the smallest eigenvalues of a Z that is to be ⪰ 0, relative to ‖C‖: enough that rounding leaves none
+/// below zero.
+const SEMIDEFINITE: f64 = 8.0 * f64::EPSILON;
 
 /// How C is shared between bonds and nodal term.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -66,6 +70,21 @@ pub struct HybridCalibration {
     pub least_trace: Option<TraceEvidence>,
 }
 
+/// ‖target − reached‖/‖target‖ up to which the tensor counts as reached.
+const EXACT: f64 = 1e-10;
+
+impl HybridCalibration {
+    /// Whether bonds and nodal term together reach the target, to 10⁻¹⁰.
+    pub fn feasible(&self) -> bool {
+        self.relative_error <= EXACT
+    }
+
+    /// What came of it: not converged where the bonds' solver was not.
+    pub fn outcome(&self) -> Outcome {
+        Outcome::of(self.feasible(), self.bonds.converged)
+    }
+}
+
 /// How the semidefinite program of the stable form ended.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TraceEvidence {
@@ -85,6 +104,8 @@ pub struct HybridCalibrator<'a> {
     directions: Vec<Vector6<f64>>,
     /// X1 = Σ s n⊗n⊗n⊗n (m⁴): the tensor of bonds of micromodulus 1.
     uniform: Matrix6<f64>,
+    /// Whether stability is proved over the whole zone, or left to the search where the signs do not prove it.
+    proves: bool,
 }
 
 impl<'a> HybridCalibrator<'a> {
@@ -105,7 +126,20 @@ impl<'a> HybridCalibrator<'a> {
                 directions.push(e);
             }
         }
-        Ok(HybridCalibrator { calibrator: Calibrator::new(neighbourhood), average, directions, uniform })
+        Ok(HybridCalibrator { calibrator: Calibrator::new(neighbourhood), average, directions, uniform, proves: true })
+    }
+
+    /// Leave the stability of waves to the search, which is some ten times faster, where the signs of the bonds and of Z
+    /// do not prove it.
+    #[must_use]
+    pub fn without_proof(mut self) -> Self {
+        self.proves = false;
+        self
+    }
+
+    /// Whether stability is proved over the whole zone where signs are not proof enough.
+    pub fn proves(&self) -> bool {
+        self.proves
     }
 
     /// The calibrator of the bonds.
@@ -183,6 +217,11 @@ impl<'a> HybridCalibrator<'a> {
     ) -> Result<HybridCalibration> {
         let gap = target.mandel() - bonds.reached.mandel();
         let nodal = if gap.norm() <= REACHED * target.norm() { Matrix6::zeros() } else { gap };
+        // What rounding leaves below zero is taken away and shows in the error.
+        let nodal = match form {
+            HybridForm::Stable if nodal.norm() > 0.0 => semidefinite(&nodal, SEMIDEFINITE * target.norm()),
+            _ => nodal,
+        };
         let nodal = Stiffness::from_mandel(nodal);
         let reached = Stiffness::from_mandel(bonds.reached.mandel() + nodal.mandel());
         let neighbourhood = self.calibrator.neighbourhood();
@@ -193,10 +232,22 @@ impl<'a> HybridCalibrator<'a> {
             nodal,
             relative_error: target.relative_error(&reached),
             reached,
-            stability: dispersion.stability(),
+            stability: dispersion.stability_of(self.proves),
             long_waves: dispersion.long_waves(target),
             bonds,
             least_trace,
         })
     }
+}
+
+/// A symmetric matrix with its eigenvalues raised to a floor.
+fn semidefinite(matrix: &Matrix6<f64>, floor: f64) -> Matrix6<f64> {
+    let eigen = matrix.symmetric_eigen();
+    let mut out = *matrix;
+    for (value, axis) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+        if *value < floor {
+            out += (floor - value) * axis * axis.transpose();
+        }
+    }
+    0.5 * (out + out.transpose())
 }

@@ -13,7 +13,9 @@ use std::collections::HashMap;
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, SVector, Vector3};
 use serde::Serialize;
 
-use super::calibrator::{Calibrator, Cause, LowerBound, primitive_direction, push_below_bound};
+use super::calibrator::{
+    Calibrator, Cause, LowerBound, Outcome, least_norm_from, primitive_direction, push_below_bound,
+};
 use super::free_rotations::{relax, rotation, sum_for_free_rotations, turned};
 use super::microplane::{normal_projection, tangential_projection};
 use super::nearest_relaxed::nearest_relaxed;
@@ -28,9 +30,6 @@ const REACHED: f64 = 1e-12;
 
 /// Newton steps after which non-negative least squares is asked whether a solution exists at all.
 const USUAL_ITERATIONS: usize = 15;
-
-/// Newton steps granted to a target that is known to have a solution.
-const MOST_ITERATIONS: usize = 200;
 
 /// Cosine within which a bond lies on the face of the cone that is orthogonal to a certificate.
 const ON_FACE: f64 = 1e-9;
@@ -153,12 +152,20 @@ pub struct MicropolarCalibration {
     pub iterations: usize,
     /// ‖Xc − aim‖/‖aim‖, with the closest reachable tensor in place of the aim when infeasible.
     pub residual: f64,
+    /// Whether the solver ended where it should: the residual is rounding (at most 10⁻¹²) and no bonds of smaller norm
+    /// have the same sum. Where not, the bonds are what it came to.
+    pub converged: bool,
 }
 
 impl MicropolarCalibration {
-    /// Whether the bonds reach the target.
+    /// Whether the bonds reach the target, to 10⁻¹² of the aim.
     pub fn feasible(&self) -> bool {
-        self.infeasibility.is_none()
+        self.infeasibility.is_none() && self.residual <= REACHED
+    }
+
+    /// What came of it.
+    pub fn outcome(&self) -> Outcome {
+        Outcome::of(self.feasible(), self.converged)
     }
 
     /// The error of the promised tensor: [`Self::relative_error`] or [`Self::relaxed_error`].
@@ -264,6 +271,7 @@ impl<'a> MicropolarCalibrator<'a> {
             infeasibility: solution.away.map(|(cause, away)| self.evidence(cause, &away, target, &turn)),
             iterations: solution.iterations,
             residual: solution.residual,
+            converged: solution.converged && solution.residual <= REACHED,
         })
     }
 
@@ -302,7 +310,14 @@ impl<'a> MicropolarCalibrator<'a> {
         let form = Quartic::from(r.dual).component_div(&quartic_weights());
         let dual = tensor_coordinates(tensor_of(&form).mandel()) * self.share_unit.powi(2);
         let away = tensor_coordinates(&(target.mandel() - self.sum(&c).mandel()));
-        Ok(Solution { c, dual, away: Some((self.cause(target), away)), iterations: r.iterations, residual: 0.0 })
+        Ok(Solution {
+            c,
+            dual,
+            away: Some((self.cause(target), away)),
+            iterations: r.iterations,
+            residual: 0.0,
+            converged: r.converged,
+        })
     }
 
     /// What a search from the central bonds and from the sum closest to a unit target finds.
@@ -317,7 +332,14 @@ impl<'a> MicropolarCalibrator<'a> {
         // Where the target is within reach for nodes that turn so, what is missing is all there is to say.
         let missing = tensor_coordinates(&(target.mandel() - self.relaxed(&c).mandel()));
         let away = if found.away.norm() > SAME { found.away } else { missing };
-        Solution { c, dual: found.dual, away: Some((self.cause(target), away)), iterations: found.steps, residual: 0.0 }
+        Solution {
+            c,
+            dual: found.dual,
+            away: Some((self.cause(target), away)),
+            iterations: found.steps,
+            residual: 0.0,
+            converged: true,
+        }
     }
 
     /// Why a unit target that no sum reaches is out of reach.
@@ -346,10 +368,12 @@ impl<'a> MicropolarCalibrator<'a> {
         let spanned = outside.norm() <= REACHED;
         let mut outcome = dual_newton::maximise(rays, &inside, 0.0, USUAL_ITERATIONS);
         let mut closest = Coordinates::zeros();
+        let mut converged = true;
         if outcome.residual > REACHED {
-            closest = nnls::closest(rays, &inside);
+            let judged = nnls::closest(rays, &inside);
+            closest = judged.residual;
             if closest.norm() <= REACHED {
-                outcome = dual_newton::maximise(rays, &inside, 0.0, MOST_ITERATIONS);
+                (outcome, converged) = least_norm_from(rays, &inside, 0.0, &judged.passive);
             }
         }
         if outcome.residual <= REACHED || (spanned && closest.norm() <= REACHED) {
@@ -359,6 +383,7 @@ impl<'a> MicropolarCalibrator<'a> {
                 away: (!spanned).then_some((Cause::Rank, outside)),
                 iterations: outcome.iterations,
                 residual: outcome.residual,
+                converged,
             };
         }
         let away = outside + rays.lift(&closest);
@@ -374,11 +399,22 @@ impl<'a> MicropolarCalibrator<'a> {
         let leaning = rays.project(away);
         let (face, off_face): (Vec<usize>, Vec<usize>) =
             (0..rays.len()).partition(|&i| rays.quartic(i).dot(&leaning) >= -ON_FACE);
-        let mut solution =
-            Solution { c: rays.zeros(), dual: Coordinates::zeros(), away: None, iterations: 0, residual: 0.0 };
+        let mut solution = Solution {
+            c: rays.zeros(),
+            dual: Coordinates::zeros(),
+            away: None,
+            iterations: 0,
+            residual: 0.0,
+            converged: true,
+        };
         if !face.is_empty() {
             let on_face = rays.subset(&face);
-            let restricted = dual_newton::maximise(&on_face, &on_face.project(&rays.lift(goal)), 0.0, MOST_ITERATIONS);
+            let rest = on_face.project(&rays.lift(goal));
+            let mut restricted = dual_newton::maximise(&on_face, &rest, 0.0, USUAL_ITERATIONS);
+            if restricted.residual > REACHED {
+                let start = nnls::closest(&on_face, &rest).passive;
+                (restricted, solution.converged) = least_norm_from(&on_face, &rest, 0.0, &start);
+            }
             face.iter().enumerate().for_each(|(j, &i)| set(&mut solution.c, i, at(&restricted.c, j)));
             solution.iterations = restricted.iterations;
             solution.dual = push_below_bound(rays, &off_face, 0.0, &on_face.lift(&restricted.y), away);
@@ -459,6 +495,8 @@ struct Solution {
     away: Option<(Cause, Coordinates<21>)>,
     iterations: usize,
     residual: f64,
+    /// Whether the norm is the least.
+    converged: bool,
 }
 
 /// Rays N and T/‖T‖ of all directions; the bonds of a direction weigh Σ s².

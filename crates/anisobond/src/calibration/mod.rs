@@ -26,6 +26,7 @@ mod fracture;
 mod free_rotations;
 mod hybrid;
 mod lattice_stiffness;
+mod least_norm;
 mod least_trace;
 mod micropolar;
 mod microplane;
@@ -40,9 +41,9 @@ mod surface;
 
 pub use advice::{Advice, Model, ModelAdvice, advise};
 pub use best_fit::best_fit_stiffness;
-pub use calibrator::{Calibration, Calibrator, Cause, Infeasibility, LowerBound};
+pub use calibrator::{Calibration, Calibrator, Cause, Infeasibility, LowerBound, Outcome};
 pub use dense_reference::{DenseReference, ReferenceModel};
-pub use dispersion::{Dispersion, LongWaves, Stability};
+pub use dispersion::{Dispersion, Evidence, LongWaves, Stability, StabilityEvidence};
 pub use energy_by_normal::EnergyByNormal;
 pub use fracture::{CrackPlanes, CriticalStretches, FractureReport, fracture_energy};
 pub use free_rotations::{sum_for_free_rotations, with_free_rotations};
@@ -55,7 +56,7 @@ pub use microplane::{
 };
 pub use micropolar::{MicropolarCalibration, MicropolarCalibrator, MicropolarInfeasibility, Promise};
 pub(crate) use micropolar::{tensor_coordinates, tensor_of_coordinates};
-pub use model::{ModelCalibration, ModelCalibrator, ModelSettings, WaveEvidence};
+pub use model::{ModelCalibration, ModelCalibrator, ModelSettings, Proof, WaveEvidence};
 pub use sphere_rule::SphereRule;
 pub use strain_average::StrainAverage;
 pub use surface::{SurfaceStencil, SurfaceStencils, surface_stencils};

@@ -1,7 +1,7 @@
 //! The three models of a grid behind one door: settings, a neighbourhood prepared for them, and what comes out.
 
 use super::advice::Model;
-use super::calibrator::{Calibration, Calibrator, LowerBound};
+use super::calibrator::{Calibration, Calibrator, LowerBound, Outcome};
 use super::dispersion::{Dispersion, LongWaves, Stability};
 use super::hybrid::{HybridCalibration, HybridCalibrator, HybridForm};
 use super::micropolar::{MicropolarCalibration, MicropolarCalibrator, Promise};
@@ -23,11 +23,20 @@ pub enum ModelSettings {
 /// A neighbourhood prepared for a model and any number of materials.
 pub enum ModelCalibrator<'a> {
     /// Normal bonds.
-    Central(Box<Calibrator<'a>>, LowerBound),
+    Central(Box<Calibrator<'a>>, LowerBound, Proof),
     /// Normal and tangential bonds.
-    Micropolar(Box<MicropolarCalibrator<'a>>, Promise),
+    Micropolar(Box<MicropolarCalibrator<'a>>, Promise, Proof),
     /// Normal bonds and a nodal term.
     Hybrid(Box<HybridCalibrator<'a>>, Option<HybridForm>),
+}
+
+/// How much is done for the stability of waves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Proof {
+    /// A bound over the whole Brillouin zone where the signs of the bonds are not proof enough.
+    Zone,
+    /// What the signs do not prove is sampled: for tables, for it is some ten times faster.
+    Signs,
 }
 
 /// The bonds of a material, and the waves of the grid that they make.
@@ -54,9 +63,9 @@ pub struct WaveEvidence {
 }
 
 impl WaveEvidence {
-    fn new(dispersion: &Dispersion, target: &Stiffness, reached: &Stiffness) -> Self {
+    fn new(dispersion: &Dispersion, target: &Stiffness, reached: &Stiffness, proof: Proof) -> Self {
         WaveEvidence {
-            stability: dispersion.stability(),
+            stability: dispersion.stability_of(proof == Proof::Zone),
             target: dispersion.long_waves(target),
             reached: reached.require_positive_definite().is_ok().then(|| dispersion.long_waves(reached)),
         }
@@ -70,9 +79,11 @@ impl<'a> ModelCalibrator<'a> {
     /// The hybrid model on bonds that all lie in a plane.
     pub fn new(neighbourhood: &'a Neighbourhood, settings: ModelSettings) -> Result<Self> {
         Ok(match settings {
-            ModelSettings::Central(bound) => ModelCalibrator::Central(Box::new(Calibrator::new(neighbourhood)), bound),
+            ModelSettings::Central(bound) => {
+                ModelCalibrator::Central(Box::new(Calibrator::new(neighbourhood)), bound, Proof::Zone)
+            }
             ModelSettings::Micropolar(promise) => {
-                ModelCalibrator::Micropolar(Box::new(MicropolarCalibrator::new(neighbourhood)), promise)
+                ModelCalibrator::Micropolar(Box::new(MicropolarCalibrator::new(neighbourhood)), promise, Proof::Zone)
             }
             ModelSettings::Hybrid(form) => {
                 ModelCalibrator::Hybrid(Box::new(HybridCalibrator::new(neighbourhood)?), form)
@@ -80,11 +91,34 @@ impl<'a> ModelCalibrator<'a> {
         })
     }
 
+    /// Leave stability to the search of waves where the signs of bonds and nodal term do not prove it.
+    #[must_use]
+    pub fn without_proof(self) -> Self {
+        match self {
+            ModelCalibrator::Central(calibrator, bound, _) => ModelCalibrator::Central(calibrator, bound, Proof::Signs),
+            ModelCalibrator::Micropolar(calibrator, promise, _) => {
+                ModelCalibrator::Micropolar(calibrator, promise, Proof::Signs)
+            }
+            ModelCalibrator::Hybrid(calibrator, form) => {
+                ModelCalibrator::Hybrid(Box::new(calibrator.without_proof()), form)
+            }
+        }
+    }
+
+    /// How much is done for the stability of waves.
+    pub fn proof(&self) -> Proof {
+        match self {
+            ModelCalibrator::Central(.., proof) | ModelCalibrator::Micropolar(.., proof) => *proof,
+            ModelCalibrator::Hybrid(calibrator, _) if calibrator.proves() => Proof::Zone,
+            ModelCalibrator::Hybrid(..) => Proof::Signs,
+        }
+    }
+
     /// The neighbourhood.
     pub fn neighbourhood(&self) -> &'a Neighbourhood {
         match self {
-            ModelCalibrator::Central(calibrator, _) => calibrator.neighbourhood(),
-            ModelCalibrator::Micropolar(calibrator, _) => calibrator.neighbourhood(),
+            ModelCalibrator::Central(calibrator, ..) => calibrator.neighbourhood(),
+            ModelCalibrator::Micropolar(calibrator, ..) => calibrator.neighbourhood(),
             ModelCalibrator::Hybrid(calibrator, _) => calibrator.calibrator().neighbourhood(),
         }
     }
@@ -92,8 +126,8 @@ impl<'a> ModelCalibrator<'a> {
     /// Number of distinct ± directions of the bonds.
     pub fn directions(&self) -> usize {
         match self {
-            ModelCalibrator::Central(calibrator, _) => calibrator.directions(),
-            ModelCalibrator::Micropolar(calibrator, _) => calibrator.directions(),
+            ModelCalibrator::Central(calibrator, ..) => calibrator.directions(),
+            ModelCalibrator::Micropolar(calibrator, ..) => calibrator.directions(),
             ModelCalibrator::Hybrid(calibrator, _) => calibrator.calibrator().directions(),
         }
     }
@@ -102,8 +136,8 @@ impl<'a> ModelCalibrator<'a> {
     /// bonds.
     pub fn rank(&self) -> usize {
         match self {
-            ModelCalibrator::Central(calibrator, _) => calibrator.rank(),
-            ModelCalibrator::Micropolar(calibrator, _) => calibrator.rank(),
+            ModelCalibrator::Central(calibrator, ..) => calibrator.rank(),
+            ModelCalibrator::Micropolar(calibrator, ..) => calibrator.rank(),
             ModelCalibrator::Hybrid(calibrator, _) => calibrator.calibrator().rank(),
         }
     }
@@ -111,8 +145,8 @@ impl<'a> ModelCalibrator<'a> {
     /// The settings it was prepared with.
     pub fn settings(&self) -> ModelSettings {
         match *self {
-            ModelCalibrator::Central(_, bound) => ModelSettings::Central(bound),
-            ModelCalibrator::Micropolar(_, promise) => ModelSettings::Micropolar(promise),
+            ModelCalibrator::Central(_, bound, _) => ModelSettings::Central(bound),
+            ModelCalibrator::Micropolar(_, promise, _) => ModelSettings::Micropolar(promise),
             ModelCalibrator::Hybrid(_, form) => ModelSettings::Hybrid(form),
         }
     }
@@ -125,16 +159,16 @@ impl<'a> ModelCalibrator<'a> {
     pub fn calibrate(&self, target: &Stiffness) -> Result<ModelCalibration> {
         let neighbourhood = self.neighbourhood();
         Ok(match self {
-            ModelCalibrator::Central(calibrator, bound) => {
+            ModelCalibrator::Central(calibrator, bound, proof) => {
                 let r = calibrator.calibrate(target, *bound)?;
                 let dispersion = Dispersion::central(neighbourhood, &r.micromodulus)?;
-                let waves = WaveEvidence::new(&dispersion, target, &r.reached);
+                let waves = WaveEvidence::new(&dispersion, target, &r.reached, *proof);
                 ModelCalibration::Central(r, waves)
             }
-            ModelCalibrator::Micropolar(calibrator, promise) => {
+            ModelCalibrator::Micropolar(calibrator, promise, proof) => {
                 let r = calibrator.calibrate(target, *promise)?;
                 let dispersion = Dispersion::micropolar(neighbourhood, &r.normal, &r.tangential)?;
-                let waves = WaveEvidence::new(&dispersion, target, &r.relaxed);
+                let waves = WaveEvidence::new(&dispersion, target, &r.relaxed, *proof);
                 ModelCalibration::Micropolar(r, waves)
             }
             ModelCalibrator::Hybrid(calibrator, None) => ModelCalibration::Hybrid(calibrator.calibrate(target)?),
@@ -161,6 +195,24 @@ impl ModelCalibration {
             ModelCalibration::Central(r, _) => r.relative_error,
             ModelCalibration::Micropolar(r, _) => r.promised_error(),
             ModelCalibration::Hybrid(r) => r.relative_error,
+        }
+    }
+
+    /// Whether the bonds, with a nodal term where there is one, reach what the model can express of the target.
+    pub fn feasible(&self) -> bool {
+        match self {
+            ModelCalibration::Central(r, _) => r.feasible(),
+            ModelCalibration::Micropolar(r, _) => r.feasible(),
+            ModelCalibration::Hybrid(r) => r.feasible(),
+        }
+    }
+
+    /// What came of the calibration.
+    pub fn outcome(&self) -> Outcome {
+        match self {
+            ModelCalibration::Central(r, _) => r.outcome(),
+            ModelCalibration::Micropolar(r, _) => r.outcome(),
+            ModelCalibration::Hybrid(r) => r.outcome(),
         }
     }
 

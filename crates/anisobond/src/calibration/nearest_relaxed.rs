@@ -104,7 +104,7 @@ impl Search<'_> {
         let rays = Rays::new(&self.rays(&turn), &ones, &ones);
         let goal = self.goal();
         let inside = rays.project(&goal);
-        let away = goal - rays.lift(&(inside - nnls::closest(&rays, &inside)));
+        let away = goal - rays.lift(&(inside - nnls::closest(&rays, &inside).residual));
         NearestRelaxed { error: self.error(&c), c, dual: dual / self.penalty, away, steps }
     }
 

@@ -9,9 +9,17 @@ const ENTERS: f64 = 1e-13;
 /// A residual below this share of the target is rounding: the target is in the cone.
 const IN_CONE: f64 = 1e-14;
 
-/// Target minus the closest point of the cone { Σ x v : x ≥ 0 }, in the rays' span coordinates; zero when the target is
-/// in the cone. It satisfies v·r ≤ 0 for all rays and r·target = ‖r‖²: a Farkas certificate.
-pub fn closest<const D: usize>(rays: &Rays<D>, target: &Coordinates<D>) -> Coordinates<D> {
+/// The closest point of the cone { Σ x v : x ≥ 0 } to a target.
+pub struct Closest<const D: usize> {
+    /// Target minus that point, in the rays' span coordinates; zero when the target is in the cone. It satisfies v·r ≤ 0 for
+    /// all rays and r·target = ‖r‖²: a Farkas certificate.
+    pub residual: Coordinates<D>,
+    /// The rays that make the point, with their x > 0.
+    pub passive: Vec<(usize, f64)>,
+}
+
+/// Find the closest point.
+pub fn closest<const D: usize>(rays: &Rays<D>, target: &Coordinates<D>) -> Closest<D> {
     let norm = target.norm();
     let mut passive: Vec<(usize, f64)> = Vec::new();
     let mut residual = *target;
@@ -20,7 +28,7 @@ pub fn closest<const D: usize>(rays: &Rays<D>, target: &Coordinates<D>) -> Coord
     // Each ray enters a handful of times at most; the bound only guards against cycling on ties.
     for _ in 0..30 * D + rays.len() {
         if residual.norm() <= IN_CONE * norm {
-            return Coordinates::zeros();
+            return Closest { residual: Coordinates::zeros(), passive };
         }
         let direction = residual.normalize();
         rays.forms(&direction, &mut leaning);
@@ -49,7 +57,7 @@ pub fn closest<const D: usize>(rays: &Rays<D>, target: &Coordinates<D>) -> Coord
             }
         }
     }
-    residual
+    Closest { residual, passive }
 }
 
 /// Make the coefficients of the passive rays the least-squares ones, dropping rays that would turn negative on the way

@@ -54,7 +54,8 @@ pub fn calibrate_table(
     each: impl Fn(usize) + Sync + Send,
 ) -> Result<TableResults> {
     let model = calibrator.settings();
-    let settings = format!("{} {model:?} {:?}", env!("CARGO_PKG_VERSION"), neighbourhood_settings(calibrator));
+    let (version, proof) = (env!("CARGO_PKG_VERSION"), calibrator.proof());
+    let settings = format!("{version} {model:?} {proof:?} {:?}", neighbourhood_settings(calibrator));
     let neighbourhood = NeighbourhoodReport::new(calibrator);
     let keys: Vec<String> = table.rows.iter().map(|row| key(&settings, row)).collect();
     let mut rows: Vec<Option<Box<RawValue>>> =

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::lattice_report::Engineering;
 use super::report::{NeighbourhoodReport, Voigt};
-use crate::calibration::{Model, ModelCalibrator};
+use crate::calibration::{Evidence, Model, ModelCalibrator};
 use crate::experiment::element_test::{Certificate, ElementTestResult, Mechanism, Rotations};
 use crate::experiment::{CorrectionReport, GridStudy};
 use crate::solver::SolverReport;
@@ -25,6 +25,15 @@ pub struct CellReport {
     pub seed: u64,
     /// Bonds, each once.
     pub bonds: usize,
+}
+
+/// How the stability of a cell is known.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct CellStability {
+    /// proved or sampled.
+    pub evidence: Evidence,
+    /// Smallest eigenvalue of the perfect grid's waves, relative to ‖C‖ (–); `None` after a correction.
+    pub margin: Option<f64>,
 }
 
 /// The element test of a grid cell. Stresses in Pa.
@@ -65,6 +74,10 @@ pub struct GridTestReport {
     /// Whether the cell was tested to the end without meeting a displacement of negative energy and, where the perfect
     /// grid's waves were sampled, these are all positive.
     pub stable: bool,
+    /// How that is known: proved where no displacement can have negative energy, for bonds and nodal term are ≥ 0, and the
+    /// perfect grid's waves, where it has been looked at, are proved positive; of a cell without defects the latter is enough.
+    /// What is not stable is proved by the displacement met. Else sampled: by the displacements of the test.
+    pub stability: CellStability,
     /// Smallest eigenvalue of the perfect grid's dynamical matrix over the zone, D(k)/κ²(k) (Pa); `None` after a
     /// correction.
     pub smallest_eigenvalue: Option<f64>,
@@ -87,6 +100,15 @@ impl GridTestReport {
         let cell = &study.cell;
         let nodes = study.network.nodes.len();
         let waves = study.correction.is_none().then_some(&study.stability);
+        let stable = r.solver.converged && !r.solver.negative_curvature && waves.is_none_or(|s| s.stable);
+        let proved_waves = waves.is_some_and(|s| s.evidence == Evidence::Proved);
+        let perfect = nodes == cell.len() && cell.displacement == 0.0;
+        let proved = match stable {
+            true => {
+                (perfect && proved_waves) || (study.network.is_never_negative() && (waves.is_none() || proved_waves))
+            }
+            false => r.solver.negative_curvature || waves.is_some_and(|s| !s.stable),
+        };
         GridTestReport {
             material: material.name.clone(),
             source: material.source.clone(),
@@ -110,7 +132,11 @@ impl GridTestReport {
             target_error: study.target.relative_error(&r.measured),
             engineering: r.engineering.map(Engineering::from),
             nodal_term: study.network.nodal.as_ref().map(|term| term.stiffness.voigt_rows()),
-            stable: r.solver.converged && !r.solver.negative_curvature && waves.is_none_or(|s| s.stable),
+            stable,
+            stability: CellStability {
+                evidence: if proved { Evidence::Proved } else { Evidence::Sampled },
+                margin: waves.map(|s| s.margin()),
+            },
             smallest_eigenvalue: waves.map(|s| s.smallest_eigenvalue),
             correction: study.correction.clone(),
             rotations: r.rotations,

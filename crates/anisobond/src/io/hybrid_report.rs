@@ -6,11 +6,8 @@ use super::report::{
     InfeasibilityReport, MicromodulusReport, NeighbourhoodReport, SolverReport, Voigt, WavesOfGrid, monomial_names,
     universal_anisotropy,
 };
-use crate::calibration::{HybridCalibration, HybridForm, Model, TraceEvidence};
+use crate::calibration::{HybridCalibration, HybridForm, Model, Outcome, TraceEvidence};
 use crate::tensor::Material;
-
-/// ‖target − reached‖/‖target‖ up to which the tensor counts as reached.
-const REACHED: f64 = 1e-10;
 
 /// A hybrid model (bonds and nodal term) with its evidence.
 #[derive(Clone, Debug, Serialize)]
@@ -42,6 +39,8 @@ pub struct HybridReport {
     pub nodal_share: f64,
     /// The least relative error of central bonds on any neighbourhood.
     pub cauchy_gap: f64,
+    /// feasible or not-converged.
+    pub outcome: Outcome,
     /// Whether bonds and nodal term together reach the target.
     pub feasible: bool,
     /// Always `None`: there is no positive definite tensor out of reach.
@@ -85,7 +84,8 @@ impl HybridReport {
             nodal_term: r.nodal.voigt_rows(),
             nodal_share: r.nodal.norm() / r.target.norm(),
             cauchy_gap: r.target.cauchy_gap(),
-            feasible: r.relative_error <= REACHED,
+            outcome: r.outcome(),
+            feasible: r.feasible(),
             infeasibility: None,
             bonds_infeasibility: bonds.infeasibility.as_ref().map(|i| InfeasibilityReport::new(i, bonds.lower_bound)),
             universal_anisotropy: universal_anisotropy(&r.target),
@@ -95,7 +95,7 @@ impl HybridReport {
             least_trace: r.least_trace,
             dual: bonds.dual,
             monomials: monomial_names(),
-            solver: SolverReport { iterations: bonds.iterations, residual: bonds.residual },
+            solver: SolverReport { iterations: bonds.iterations, residual: bonds.residual, converged: bonds.converged },
         }
     }
 }

@@ -3,7 +3,9 @@
 use serde::Serialize;
 
 use super::report::{MicromodulusReport, NeighbourhoodReport, SolverReport, Voigt, WavesOfGrid, universal_anisotropy};
-use crate::calibration::{Cause, MicropolarCalibration, MicropolarInfeasibility, Model, Promise, WaveEvidence};
+use crate::calibration::{
+    Cause, MicropolarCalibration, MicropolarInfeasibility, Model, Outcome, Promise, WaveEvidence,
+};
 use crate::tensor::Material;
 
 /// Normal and tangential bonds with their evidence.
@@ -38,6 +40,8 @@ pub struct MicropolarReport {
     pub relaxed_error: f64,
     /// The least relative error of central bonds on any neighbourhood.
     pub cauchy_gap: f64,
+    /// feasible, infeasible or not-converged.
+    pub outcome: Outcome,
     /// Whether normal and tangential bonds ≥ 0 reach what was aimed at.
     pub feasible: bool,
     /// Why not, with a certificate; `None` when feasible.
@@ -94,6 +98,7 @@ impl MicropolarReport {
             relaxed: r.relaxed.voigt_rows(),
             relaxed_error: r.relaxed_error,
             cauchy_gap: r.cauchy_gap,
+            outcome: r.outcome(),
             feasible: r.feasible(),
             infeasibility: r.infeasibility.as_ref().map(|i| MicropolarInfeasibilityReport::new(i, r.promise)),
             universal_anisotropy: universal_anisotropy(&r.target),
@@ -101,7 +106,7 @@ impl MicropolarReport {
             tangential_micromodulus: MicromodulusReport::of(&r.tangential),
             waves: WavesOfGrid::new(&waves.stability, &waves.target, waves.reached.as_ref()),
             dual: std::array::from_fn(|a| std::array::from_fn(|b| r.dual[(a, b)])),
-            solver: SolverReport { iterations: r.iterations, residual: r.residual },
+            solver: SolverReport { iterations: r.iterations, residual: r.residual, converged: r.converged },
         }
     }
 }

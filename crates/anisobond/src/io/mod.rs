@@ -46,7 +46,7 @@ pub use export::{BondedCell, Engine, Export, ExportFile, export};
 pub use find::{builtin_material, find_material};
 pub use flat::{Column, FlatTable};
 pub use folder::{Files, calibration_files, json_file, lattice_files, write_files};
-pub use grid_report::{CellReport, GridTestReport};
+pub use grid_report::{CellReport, CellStability, GridTestReport};
 pub use hybrid_report::HybridReport;
 pub use journal::Journal;
 pub use lattice_bonds::{lattice_bonds_csv, lattice_vtp, network_bonds_csv};

@@ -4,7 +4,8 @@
 use serde::Serialize;
 
 use crate::calibration::{
-    Calibration, Cause, Infeasibility, LongWaves, Model, ModelCalibrator, Stability, WaveEvidence,
+    Calibration, Cause, Infeasibility, LongWaves, Model, ModelCalibrator, Outcome, Stability, StabilityEvidence,
+    WaveEvidence,
 };
 use crate::lattice::Influence;
 use crate::tensor::{
@@ -146,6 +147,8 @@ pub struct CalibrationReport {
     pub relative_error: f64,
     /// The least relative error of central bonds on any neighbourhood.
     pub cauchy_gap: f64,
+    /// feasible, infeasible or not-converged.
+    pub outcome: Outcome,
     /// Whether bonds above the lower bound reach the target's Cauchy part.
     pub feasible: bool,
     /// Why not, with a certificate; `None` when feasible.
@@ -194,8 +197,10 @@ pub struct NeighbourhoodReport {
 /// Waves of a grid of such bonds.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct WavesOfGrid {
-    /// Whether every sampled wave has positive energy.
+    /// Whether every wave has positive energy; how that is known, `stability` says.
     pub stable: bool,
+    /// How it is known, and by what margin.
+    pub stability: StabilityEvidence,
     /// Smallest eigenvalue of the dynamical matrix over the zone, D(k)/κ²(k) (Pa); for long waves Christoffel's ρc².
     pub smallest_eigenvalue: f64,
     /// Phases kₐΔ (rad) along the grid's axes where it was found.
@@ -253,6 +258,8 @@ pub struct SolverReport {
     pub iterations: usize,
     /// ‖Xc − S‖/‖S‖, with the closest reachable tensor for S when infeasible.
     pub residual: f64,
+    /// Whether it ended where it should: with a residual that is rounding, and no bonds of smaller norm.
+    pub converged: bool,
 }
 
 impl CalibrationReport {
@@ -273,6 +280,7 @@ impl CalibrationReport {
             reached: r.reached.voigt_rows(),
             relative_error: r.relative_error,
             cauchy_gap: r.cauchy_gap,
+            outcome: r.outcome(),
             feasible: r.feasible(),
             infeasibility: r.infeasibility.as_ref().map(|i| InfeasibilityReport::new(i, r.lower_bound)),
             universal_anisotropy: universal_anisotropy(&r.target),
@@ -281,7 +289,7 @@ impl CalibrationReport {
             waves: WavesOfGrid::new(&waves.stability, &waves.target, waves.reached.as_ref()),
             dual: r.dual,
             monomials: monomial_names(),
-            solver: SolverReport { iterations: r.iterations, residual: r.residual },
+            solver: SolverReport { iterations: r.iterations, residual: r.residual, converged: r.converged },
         }
     }
 }
@@ -307,6 +315,7 @@ impl WavesOfGrid {
     pub(super) fn new(weakest: &Stability, target: &LongWaves, reached: Option<&LongWaves>) -> Self {
         WavesOfGrid {
             stable: weakest.stable,
+            stability: weakest.brief(),
             smallest_eigenvalue: weakest.smallest_eigenvalue,
             smallest_at_phases: weakest.phases,
             sampled_waves: weakest.samples,

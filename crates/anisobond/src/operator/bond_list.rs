@@ -29,6 +29,14 @@ pub struct Network {
 }
 
 impl Network {
+    /// Whether the energy is a sum of squares: no bond is negative, and no Kelvin modulus of the nodal term by more than
+    /// rounding.
+    pub fn is_never_negative(&self) -> bool {
+        let semidefinite = |z: &NodalTerm| z.stiffness.eigen().0[0] >= -1e-14 * z.stiffness.norm();
+        self.bonds.iter().all(|b| b.normal >= 0.0 && b.tangential >= 0.0)
+            && self.nodal.as_ref().is_none_or(semidefinite)
+    }
+
     /// The nodes of a lattice joined by bonds of given stiffnesses.
     pub fn new(lattice: &Lattice, stiffness: &LatticeStiffness) -> Self {
         let stiffnesses = stiffness.normal.iter().zip(&stiffness.tangential);

@@ -46,7 +46,7 @@ Examples:
   anisobond calibrate crystals.csv --horizon 3 -o crystals     # a table: interrupted, it goes on where it was
   anisobond calibrate crystals.csv --jsonl > crystals.jsonl
 
-Exit codes: 0 done, 2 bad input, 3 --require-exact asked and not reached, 130 interrupted.")]
+Exit codes: 0 done, 2 bad input, 3 --require-exact asked and not reached, 4 a calibration did not converge, 130 interrupted.")]
 pub struct Calibrate {
     /// Built-in name, material file (TOML, JSON) or table of materials (CSV, JSON list, JSON Lines)
     #[arg(value_name = "MATERIAL|TABLE")]
@@ -69,6 +69,10 @@ pub struct Calibrate {
     /// Least micromodulus of every bond (N/m⁶), or `max` for the largest that is feasible; central only [default: 0]
     #[arg(long, value_name = "X|max", allow_hyphen_values = true)]
     pub lower_bound: Option<String>,
+    /// Prove the stability of every row of a table over the whole Brillouin zone, as that of a single material is;
+    /// without it rows whose bonds' signs are not proof enough say `sampled`
+    #[arg(long)]
+    pub prove: bool,
     /// Exit with code 3 unless the model promises the target to this relative error
     #[arg(long, value_name = "ERROR", num_args = 0..=1, default_missing_value = "1e-9", require_equals = true)]
     pub require_exact: Option<f64>,

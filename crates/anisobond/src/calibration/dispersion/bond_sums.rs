@@ -24,9 +24,23 @@ impl BondSums {
         BondSums { offsets, weights, reach }
     }
 
+    /// The bonds of length up to a reach.
+    pub fn within(&self, reach: usize) -> Self {
+        let square = (reach * reach) as i32;
+        let short =
+            self.offsets.iter().zip(&self.weights).filter(|(o, _)| o.iter().map(|x| x * x).sum::<i32>() <= square);
+        let (offsets, weights) = short.unzip();
+        BondSums::new(offsets, weights)
+    }
+
     /// The weights of the bonds.
     pub fn weights(&self) -> &[[f64; 6]] {
         &self.weights
+    }
+
+    /// The offsets of half the bonds.
+    pub fn offsets(&self) -> &[[i32; 3]] {
+        &self.offsets
     }
 
     /// Largest offset along an axis.

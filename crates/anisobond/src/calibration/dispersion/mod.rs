@@ -1,6 +1,8 @@
 //! Plane waves on the grid: the dynamical matrix of a model, and whether it is positive.
 
 mod bond_sums;
+mod bound;
+mod stability;
 mod zone;
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
@@ -11,8 +13,8 @@ use crate::lattice::Neighbourhood;
 use crate::tensor::{PAIRS, Stiffness};
 use crate::{Error, Result};
 use bond_sums::{BondSums, HalfPhases};
-pub use zone::Stability;
-use zone::zone_directions;
+pub use stability::{Evidence, Stability, StabilityEvidence};
+use zone::{smallest_eigenvalue as eigenvalue, zone_directions};
 
 /// |k|Δ of the waves that stand for long ones.
 const LONG_WAVE: f64 = 0.05;
@@ -62,7 +64,13 @@ enum Beyond {
     Nodal { term: Box<Matrix6<f64>>, gradients: Vec<Vector3<f64>> },
     /// Free rotations: a_t n/|ξ| (Pa/m) and a_t (1 − n⊗n) (Pa, upper triangle) of half the bonds, and the trace of the
     /// latter's sum (Pa).
-    Rotations { couplings: Vec<Vector3<f64>>, resistances: Vec<[f64; 6]>, at_rest: f64 },
+    Rotations {
+        couplings: Vec<Vector3<f64>>,
+        resistances: Vec<[f64; 6]>,
+        at_rest: f64,
+        /// The weights of the normal bonds alone; `None` where a tangential bond is negative.
+        normal: Option<Vec<[f64; 6]>>,
+    },
 }
 
 /// How the grid's longest waves compare with a continuum's.
@@ -125,19 +133,21 @@ impl Dispersion {
         let along = pair_stiffness(neighbourhood, normal)?;
         let across = pair_stiffness(neighbourhood, tangential)?;
         let (mut weights, mut couplings, mut resistances) = (Vec::new(), Vec::new(), Vec::new());
-        let mut at_rest = 0.0;
+        let (mut at_rest, mut normal) = (0.0, Vec::new());
         for ((bond, a_n), a_t) in neighbourhood.bonds().iter().zip(&along).zip(&across) {
             let (length, n) = (bond.xi.norm(), bond.xi.normalize());
             let outer = n * n.transpose();
             let crossing = *a_t * (Matrix3::identity() - outer);
+            normal.push(upper(&(*a_n / (length * length) * outer)));
             weights.push(upper(&((*a_n * outer + crossing) / (length * length))));
             couplings.push(a_t / length * n);
             resistances.push(upper(&crossing));
-            at_rest += crossing.trace();
+            at_rest += crossing.trace().abs();
         }
+        let normal = across.iter().all(|a| *a >= 0.0).then_some(normal);
         let norm = tensor(neighbourhood, &along, Some(&across)).norm();
         let beyond = match at_rest > 0.0 {
-            true => Beyond::Rotations { couplings, resistances, at_rest },
+            true => Beyond::Rotations { couplings, resistances, at_rest, normal },
             false => Beyond::Nothing,
         };
         Ok(Dispersion::of(neighbourhood, weights, beyond, norm))
@@ -183,7 +193,7 @@ impl Dispersion {
                     *d += christoffel(term, &g);
                 }
             }
-            Beyond::Rotations { couplings, resistances, at_rest } => {
+            Beyond::Rotations { couplings, resistances, at_rest, .. } => {
                 let coupled = self.bonds.odd(&powers, couplings);
                 let resisted = self.bonds.even(&powers, resistances, |_, cos| cos * cos);
                 for ((d, v), r) in matrices.iter_mut().zip(coupled).zip(resisted) {

@@ -1,10 +1,11 @@
-//! The weakest wave of the Brillouin zone.
+//! The weakest wave of the Brillouin zone, searched for.
 
 use std::f64::consts::PI;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Dispersion, LONG_WAVE};
+use super::bond_sums::HalfPhases;
+use super::{Beyond, Dispersion, FREE_TO_TURN, LONG_WAVE};
 
 /// Points along each axis of the sampled zone; even, so that the zone's faces, edges and corners are among them.
 const GRID: i32 = 8;
@@ -25,49 +26,89 @@ const LAST_STEP: f64 = 4e-3;
 /// Rounds of the refinement at most; about a dozen are used.
 const MOST_ROUNDS: usize = 60;
 
+/// Ends of these searches that are followed down their valleys, and steps of that at most.
+const FOLLOWED: usize = 2;
+const MOST_DESCENTS: usize = 15;
+
+/// Step of the differences (rad) that make a slope, and the longest change of a phase in one step.
+const DIFFERENCE: f64 = 5e-3;
+const LONGEST_STEP: f64 = 0.4;
+
 /// What the closed form of an eigenvalue may be off, relative to ‖C‖; about 10⁻⁸ where eigenvalues are double.
 const CLOSED_FORM: f64 = 1e-7;
 
 /// Wave vectors that are summed side by side.
 const LANES: usize = 4;
 
-/// The weakest wave of a grid.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stability {
-    /// Smallest eigenvalue found of D(k)/κ²(k) (Pa), κ² = Σₐ (2 − 2 cos kₐΔ)/Δ² the grid's own |k|²: a modulus, which
-    /// for long waves is Christoffel's ρc² and is not positive where a mode costs no energy.
-    pub smallest_eigenvalue: f64,
-    /// The phases kₐΔ (rad, −π…π) along the three grid axes at which it was found.
-    pub phases: [f64; 3],
-    /// Whether it is above rounding (10⁻¹³ ‖C‖; with free rotations 10⁻¹⁰ ‖C‖).
-    pub stable: bool,
-    /// Wave vectors tried.
-    pub samples: usize,
-}
-
 impl Dispersion {
-    /// The weakest wave of the Brillouin zone: D(k) at a grid of half the zone (8 points along each axis, so the zone's
-    /// faces, edges and corners are met), the lines from its centre to the 13 face, edge and corner points (12 points
-    /// each), 60 directions of long waves (|k|Δ = 0.05), then a search around the four weakest by halved steps.
-    pub fn stability(&self) -> Stability {
+    /// The weakest of the samples and of the searches from them.
+    pub(super) fn search(&self, count: &mut usize) -> (f64, Vector3<f64>) {
         let samples = zone_samples();
         let values = self.weakest(&samples);
         let mut order: Vec<usize> = (0..samples.len()).collect();
         order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
-        let mut count = samples.len();
+        *count += samples.len();
         // The closed form chooses, the accurate eigenvalue judges: every sample that may be the weakest, then each end
         // of a search.
         let doubtful = order.iter().take_while(|&&i| values[i] <= values[order[0]] + CLOSED_FORM * self.norm);
         let mut ends: Vec<Vector3<f64>> = doubtful.map(|&i| samples[i]).collect();
-        ends.extend(order.iter().take(REFINED).map(|&i| self.refine((values[i], samples[i]), &mut count)));
-        let judged = ends.iter().map(|phases| (self.accurately(phases), *phases));
-        let weakest = judged.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NAN, Vector3::zeros()));
-        Stability {
-            smallest_eigenvalue: weakest.0,
-            phases: weakest.1.into(),
-            stable: weakest.0 > self.rounding(),
-            samples: count,
+        ends.extend(order.iter().take(REFINED).map(|&i| self.refine((values[i], samples[i]), count)));
+        let mut judged: Vec<(f64, Vector3<f64>)> =
+            ends.iter().map(|phases| (self.accurately(phases), *phases)).collect();
+        judged.sort_by(|a, b| a.0.total_cmp(&b.0));
+        judged.dedup_by(|a, b| (a.1 - b.1).norm() < 0.1);
+        let followed: Vec<_> = judged.iter().take(FOLLOWED).map(|end| self.descend(end.1, count)).collect();
+        judged.extend(followed);
+        judged.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NAN, Vector3::zeros()))
+    }
+
+    /// Down a valley, which may be narrow and oblique: a quasi-Newton descent (Nocedal & Wright 2006, section 6.1) with the
+    /// slope by differences, four step lengths tried at once.
+    pub(super) fn descend(&self, start: Vector3<f64>, count: &mut usize) -> (f64, Vector3<f64>) {
+        let mut best = (self.accurately(&start), start);
+        let mut inverse: Option<Matrix3<f64>> = None;
+        let mut last: Option<(Vector3<f64>, Vector3<f64>)> = None;
+        for _ in 0..MOST_DESCENTS {
+            let beside =
+                |n: usize| best.1 + Vector3::ith(n / 2, if n.is_multiple_of(2) { DIFFERENCE } else { -DIFFERENCE });
+            let around = self.weakest(&std::array::from_fn::<_, 6, _>(beside));
+            let slope = Vector3::from_fn(|a, _| (around[2 * a] - around[2 * a + 1]) / (2.0 * DIFFERENCE));
+            if let (Some(inverse), Some((place, before))) = (&mut inverse, last) {
+                let (s, y) = (best.1 - place, slope - before);
+                let curved = s.dot(&y);
+                if curved > 0.0 {
+                    let turn = Matrix3::identity() - s * y.transpose() / curved;
+                    *inverse = turn * *inverse * turn.transpose() + s * s.transpose() / curved;
+                }
+            }
+            // To begin with, the curvature along the axes.
+            let inverse = inverse.get_or_insert_with(|| {
+                let curvature = |a: usize| {
+                    let second = (around[2 * a] + around[2 * a + 1] - 2.0 * best.0) / (DIFFERENCE * DIFFERENCE);
+                    second.max(slope.norm() / LONGEST_STEP).max(f64::MIN_POSITIVE)
+                };
+                Matrix3::from_diagonal(&Vector3::from_fn(|a, _| curvature(a).recip()))
+            });
+            let step = -*inverse * slope;
+            let step = step * (LONGEST_STEP / step.amax()).min(1.0);
+            last = Some((best.1, slope));
+            let tried = [[1.0, 0.5, 0.25, 0.1], [0.04, 0.015, 5e-3, 1e-3]].into_iter().find_map(|lengths| {
+                let places = lengths.map(|t| best.1 + t * step);
+                *count += lengths.len();
+                let values = self.weakest(&places);
+                let lower = values.into_iter().zip(places).filter(|(_, p)| wrapped_all(p).norm() >= LONG_WAVE);
+                lower.filter(|(value, _)| *value < best.0).min_by(|a, b| a.0.total_cmp(&b.0))
+            });
+            *count += around.len();
+            let Some(lower) = tried else { break };
+            let little = best.0 - lower.0 <= 1e-7 * best.0.abs();
+            best = lower;
+            if little {
+                break;
+            }
         }
+        let end = wrapped_all(&best.1);
+        (self.accurately(&end), end)
     }
 
     /// A local minimum by steps along the axes, halved when none helps.
@@ -111,13 +152,28 @@ impl Dispersion {
             values.extend(matrices.iter().zip(&lanes).map(|(d, p)| smallest_eigenvalue(d) / self.laplacian(p)));
         }
         values.truncate(phases.len());
+        for (value, phases) in values.iter_mut().zip(phases) {
+            *value = self.falling_turn(phases).unwrap_or(*value);
+        }
         values
     }
 
     /// Smallest eigenvalue of D/κ² (Pa) to rounding.
-    fn accurately(&self, phases: &Vector3<f64>) -> f64 {
+    pub(super) fn accurately(&self, phases: &Vector3<f64>) -> f64 {
+        if let Some(resistance) = self.falling_turn(phases) {
+            return resistance;
+        }
         let [d] = self.at_phases(&[*phases]);
         d.symmetric_eigenvalues().min() / self.laplacian(phases)
+    }
+
+    /// The resistance (Pa) to a wave of rotations that negative tangential bonds drive, if there is one: nodes then turn
+    /// further and further, whatever their displacements.
+    fn falling_turn(&self, phases: &Vector3<f64>) -> Option<f64> {
+        let Beyond::Rotations { resistances, at_rest, normal: None, .. } = &self.beyond else { return None };
+        let powers = HalfPhases::new(&[*phases], self.bonds.reach());
+        let [r] = self.bonds.even(&powers, resistances, |_, cos| cos * cos);
+        Some(r.symmetric_eigenvalues().min()).filter(|least| *least < -FREE_TO_TURN * at_rest)
     }
 
     /// κ² (1/m²).
@@ -128,7 +184,7 @@ impl Dispersion {
 
 /// Smallest eigenvalue of a symmetric matrix by Cardano's formula (Smith 1961): fast, and good to half the digits where
 /// eigenvalues are double.
-fn smallest_eigenvalue(a: &Matrix3<f64>) -> f64 {
+pub(super) fn smallest_eigenvalue(a: &Matrix3<f64>) -> f64 {
     let mean = a.trace() / 3.0;
     let b = a - Matrix3::from_diagonal_element(mean);
     let size = (b.norm_squared() / 6.0).sqrt();
@@ -142,6 +198,10 @@ fn smallest_eigenvalue(a: &Matrix3<f64>) -> f64 {
 /// The phase between −π and π.
 fn wrapped(phase: f64) -> f64 {
     if phase.abs() <= PI { phase } else { phase - 2.0 * PI * (phase / (2.0 * PI)).round() }
+}
+
+fn wrapped_all(phases: &Vector3<f64>) -> Vector3<f64> {
+    phases.map(wrapped)
 }
 
 /// The 13 directions from the centre of the zone to its face, edge and corner points, one of each ± pair.

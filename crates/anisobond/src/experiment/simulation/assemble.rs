@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::calibration::{
     CrackPlanes, CriticalStretches, EnergyByNormal, FractureReport, HybridForm, LowerBound, Model, ModelCalibrator,
-    ModelSettings, SurfaceStencil, surface_stencils,
+    ModelSettings, Outcome, StabilityEvidence, SurfaceStencil, surface_stencils,
 };
 use crate::experiment::problem::{FractureEnergy, Problem, RegionMaterial, Softening};
 use crate::lattice::Neighbourhood;
@@ -23,8 +23,12 @@ pub struct RegionEvidence {
     pub nodes: usize,
     /// ‖wanted − reached‖/‖wanted‖ of the stiffness tensor.
     pub relative_error: f64,
-    /// Whether every wave of the grid has positive energy.
+    /// Whether every wave of the grid has positive energy; how that is known, `stability` says.
     pub stable: bool,
+    /// How it is known, and by what margin.
+    pub stability: StabilityEvidence,
+    /// What came of the calibration: infeasible where the bonds are the nearest to what was wanted.
+    pub outcome: Outcome,
     /// Fracture energy, wanted and reached; `None` where bonds do not break, or break at a given stretch.
     pub fracture: Option<FractureReport>,
 }
@@ -91,6 +95,8 @@ fn calibrate(problem: &Problem) -> Result<(Vec<RegionBonds>, Vec<RegionEvidence>
             nodes: problem.body.region.iter().filter(|&&r| usize::from(r) == number + 1).count(),
             relative_error: bulk.promised_error(),
             stable: bulk.stability().stable,
+            stability: bulk.stability().brief(),
+            outcome: bulk.outcome(),
             fracture: report.flatten(),
         });
         let nodal = bulk.nodal().copied().filter(|z| z.norm() > 0.0);

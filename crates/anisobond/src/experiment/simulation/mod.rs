@@ -27,6 +27,7 @@ pub use self::statics::StaticEvidence;
 use self::statics::Statics;
 use super::checked::Checked;
 use super::problem::{Problem, Schedule};
+use crate::calibration::{Evidence, Outcome};
 use crate::operator::grid::{FailingBonds, GridBonds, Padded};
 use crate::operator::{Kinematics, VectorField};
 use crate::solver::Stopping;
@@ -117,9 +118,17 @@ impl Simulation {
         });
         let unstable = regions.iter().filter(|r| !r.stable);
         let unstable = unstable.map(|r| format!("region {}: some wave of its grid has no positive energy", r.name));
+        let sampled = regions.iter().filter(|r| r.stable && r.stability.evidence == Evidence::Sampled).map(|r| {
+            format!(
+                "region {}: that all waves of its grid have positive energy is not proved, only sampled (margin {:.1e} of ‖C‖)",
+                r.name, r.stability.margin
+            )
+        });
+        let ended = regions.iter().filter(|r| r.outcome == Outcome::NotConverged);
+        let ended = ended.map(|r| format!("region {}: the calibration of its bonds did not converge", r.name));
         let fracture = regions.iter().filter_map(RegionEvidence::fracture_warning);
         let mut simulation = Simulation {
-            warnings: warnings.chain(unstable).chain(fracture).collect(),
+            warnings: warnings.chain(unstable).chain(sampled).chain(ended).chain(fracture).collect(),
             bond_count: bonds.grid().unbroken() as u64,
             u: bonds.grid().padded(),
             crack: CrackFront::new(&problem, &bonds),

@@ -77,6 +77,7 @@ const LABELS: &[(&str, &str, Unit)] = &[
     ("target_error", "error against the target", Percent),
     ("cauchy_gap", "Cauchy gap", Percent),
     ("nodal_share", "nodal share ‖Z‖/‖C‖", Percent),
+    ("outcome", "outcome", Number),
     ("feasible", "feasible", Number),
     ("infeasibility.cause", "cause", Number),
     // Among the warnings.
@@ -90,6 +91,10 @@ const LABELS: &[(&str, &str, Unit)] = &[
     ("least_trace.bound", "proved to be at least", Stress),
     ("least_trace.steps", "Newton steps", Count),
     ("stable", "stable", Number),
+    ("stability.evidence", "which is", Number),
+    ("stability.margin", "margin: smallest eigenvalue over ‖C‖", Number),
+    ("stability.bound", "proved to be at least", Number),
+    ("stability.at", "margin found at k Δ/π", Phases),
     ("smallest_eigenvalue", "smallest eigenvalue of waves", Stress),
     ("smallest_at_phases", "found at k Δ/π", Phases),
     ("sampled_waves", "wave vectors tried", Count),

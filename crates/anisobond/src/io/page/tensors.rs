@@ -79,10 +79,13 @@ pub(super) fn warnings(report: &Value, tensors: &[Tensor]) -> Vec<String> {
             .map_or(String::new(), |e| format!(": the smallest eigenvalue of its waves is {}", quantities(&[e], "Pa")));
         out.push(format!("Not stable{words}. Some displacement has no energy, or a negative one."));
     }
+    if report["stable"] == true && report["stability"]["evidence"] == "sampled" {
+        out.push("Stable as sampled, not proved: a wave that was not tried may have a negative energy.".into());
+    }
     for region in report["regions"].as_array().into_iter().flatten().filter(|r| r["stable"] == false) {
         out.push(format!("Region {} is not stable.", region["name"].as_str().unwrap_or_default()));
     }
-    if report["feasible"] == false {
+    if report["feasible"] == false && report["outcome"] != "not-converged" {
         let why = report["infeasibility"]["explanation"].as_str().map_or(String::new(), |why| format!(": {why}"));
         out.push(format!("The target is out of reach{why}"));
     }
