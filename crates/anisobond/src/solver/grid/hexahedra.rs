@@ -22,6 +22,12 @@ pub struct Part {
     pub weight: f64,
 }
 
+/// A field with parts along all eigenvectors.
+pub(super) fn wiggle(nodes: usize) -> Vec<[f64; 3]> {
+    let at = |n: usize, a: usize| (1.7 * n as f64 + 2.3 * a as f64 + 0.1 * (n * n % 97) as f64).sin();
+    (0..nodes).map(|n| std::array::from_fn(|a| at(n, a))).collect()
+}
+
 /// An element with corners beyond the grid.
 pub struct Extra {
     /// Its place on the grid of elements.
@@ -139,7 +145,9 @@ impl Hexahedra {
     /// The 3×3 block of every node.
     pub(super) fn diagonals(&self) -> Vec<[[f64; 3]; 3]> {
         let mut blocks: Vec<[[f64; 3]; 3]> = (0..self.grid_len()).into_par_iter().map(|n| self.diagonal(n)).collect();
-        blocks.extend(self.support[self.grid_len()..].iter().map(|s| [[s[0], 0.0, 0.0], [0.0, s[1], 0.0], [0.0, 0.0, s[2]]]));
+        blocks.extend(
+            self.support[self.grid_len()..].iter().map(|s| [[s[0], 0.0, 0.0], [0.0, s[1], 0.0], [0.0, 0.0, s[2]]]),
+        );
         for extra in &self.filling.extra {
             for (l, corner) in extra.corners.iter().enumerate() {
                 self.add_diagonal(&extra.parts, l, &mut blocks[*corner as usize]);
@@ -282,9 +290,7 @@ impl Hexahedra {
 
     /// Largest eigenvalue of D⁻¹A, from below.
     fn largest_eigenvalue(&self) -> f64 {
-        let mut u: Vec<[f64; 3]> = (0..self.len())
-            .map(|n| std::array::from_fn(|a| (1.7 * n as f64 + 2.3 * a as f64 + 0.1 * (n * n % 97) as f64).sin()))
-            .collect();
+        let mut u = wiggle(self.len());
         let mut au = vec![[0.0; 3]; u.len()];
         let mut largest = 1.0;
         for _ in 0..POWER_STEPS {

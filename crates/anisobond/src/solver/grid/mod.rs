@@ -2,6 +2,7 @@
 
 mod banded;
 mod census;
+mod coarsening;
 mod conjugate_gradients;
 mod connected;
 mod element;

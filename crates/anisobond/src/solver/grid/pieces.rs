@@ -137,3 +137,77 @@ impl Sets {
         number
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lattice::{Body, Grid};
+    use crate::solver::grid::census::Census;
+    use crate::solver::grid::links::Links;
+    use nalgebra::Vector3;
+
+    /// A block cut between two layers, once or twice, far apart or on both sides of one layer: every part has its own coarse nodes, so
+    /// that linear displacements of each part alone are those of coarse nodes, and P is the transpose of Pᵀ.
+    #[test]
+    fn parts_have_their_own_coarse_nodes() {
+        let cases: [([usize; 3], [bool; 3], &[usize]); 4] = [
+            ([9, 9, 9], [false; 3], &[3]),
+            ([8, 8, 12], [true, true, false], &[6]),
+            ([5, 1, 16], [false, true, false], &[7, 8]),
+            ([6, 4, 9], [false; 3], &[2, 5]),
+        ];
+        for (n, periodic, layers) in cases {
+            let body = Body::full(Grid::new(n, 1.0, Vector3::zeros(), periodic).unwrap());
+            let part = |node: usize| layers.iter().filter(|l| body.grid.coordinates(node)[2] > **l).count();
+            let mut links = Links::default();
+            for node in 0..body.grid.len() {
+                for step in (0..9).map(|s| [s % 3 - 1, s / 3 - 1, 1]) {
+                    if let Some(other) = body.grid.neighbour(node, step).filter(|other| part(*other) != part(node)) {
+                        links.part(node, other);
+                    }
+                }
+            }
+            let census = Census { wholeness: vec![1.0; body.grid.len()], parts: Vec::new(), links };
+            let wraps = [0, 1, 2].map(|a| periodic[a] || n[a] == 1);
+            let usual = Transfer::new(n, wraps, [true; 3]);
+            let pieces = Pieces::new(&usual, census.pieces(&body, &usual));
+            let transfer = usual.with(&pieces, &[]);
+            // Parts of the coarse nodes, by those of the grid nodes that take from them.
+            let mut of = vec![None; transfer.coarse_grid() + pieces.copies.len()];
+            for element in 0..transfer.elements().iter().product() {
+                for node in transfer.nodes_of(element) {
+                    let own = pieces.holding(element, node as u32);
+                    let corners = own.map_or(transfer.corners(element).map(|c| c as u32), |p| p.corners);
+                    for corner in corners {
+                        let known = of[corner as usize].get_or_insert(part(node));
+                        assert_eq!(*known, part(node), "{n:?}: a coarse node of two parts");
+                    }
+                }
+            }
+            let place = |c: usize| {
+                if c < transfer.coarse_grid() { c } else { pieces.copies[c - transfer.coarse_grid()] as usize }
+            };
+            let [c1, c2, _] = transfer.coarse();
+            let tilt = |part: usize, z: f64| part as f64 + 0.5 * z * (1.0 + part as f64);
+            let x: Vec<[f64; 3]> = (0..of.len())
+                .map(|c| [1.0, 0.0, tilt(of[c].unwrap_or(0), 2.0 * (place(c) / (c1 * c2)) as f64)])
+                .collect();
+            let mut fine = vec![[0.0; 3]; body.grid.len()];
+            transfer.prolong_add(&x, &mut fine);
+            for (node, v) in fine.iter().enumerate() {
+                let wanted = tilt(part(node), body.grid.coordinates(node)[2] as f64);
+                assert!((v[0] - 1.0).abs() < 1e-14 && (v[2] - wanted).abs() < 1e-12, "{n:?} {node}: {v:?}, {wanted}");
+            }
+            let wave = |s: f64, i: usize| -> [f64; 3] { std::array::from_fn(|a| (s * i as f64 + a as f64).sin()) };
+            let (x, y): (Vec<_>, Vec<_>) =
+                ((0..x.len()).map(|i| wave(1.3, i)).collect(), (0..fine.len()).map(|i| wave(0.7, i)).collect());
+            let mut px = vec![[0.0; 3]; fine.len()];
+            transfer.prolong_add(&x, &mut px);
+            let pty = transfer.restrict(|i| y[i]);
+            let dot = |a: &[[f64; 3]], b: &[[f64; 3]]| -> f64 {
+                a.iter().zip(b).map(|(a, b)| a[0] * b[0] + a[1] * b[1] + a[2] * b[2]).sum()
+            };
+            assert!((dot(&px, &y) - dot(&x, &pty)).abs() < 1e-11, "{n:?}");
+        }
+    }
+}

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use rayon::prelude::*;
 
 use super::census::{Blocks, Census};
+use super::coarsening::Coarsening;
 use super::hexahedra::{Filling, Hexahedra, Part};
 use super::multigrid::{Multigrid, Smoothing};
 use super::pieces::Pieces;
@@ -17,6 +18,9 @@ use crate::tensor::Stiffness;
 
 /// A prescribed component is a spring to ground on the coarse grids, so many times as stiff as the node's own block.
 const SUPPORT: f64 = 4.0;
+
+/// What a first coarse grid of twice the nodes must gain.
+const PRICE: f64 = 3.0;
 
 /// An approximate inverse of K: symmetric, positive on free components, zero on prescribed ones.
 pub trait Preconditioner: Send + Sync {
@@ -164,11 +168,13 @@ impl TwoScale {
     ) -> Self {
         let grid = &operator.body().grid;
         let wraps = std::array::from_fn(|a| grid.periodic[a] || grid.nodes[a] == 1);
-        let transfer = Transfer::new(grid.nodes, wraps);
-        let pieces = Pieces::new(&transfer, census.pieces(operator.body(), &transfer));
-        let transfer = transfer.with(&pieces, &[]);
         let regions = operator.body().region.iter().copied().max().unwrap_or(0);
         let tensors: Vec<Stiffness> = (0..regions).map(|r| operator.bulk_stiffness(r)).collect();
+        let possible = std::array::from_fn(|a| grid.nodes[a] > if wraps[a] { 1 } else { 2 });
+        let axes = Coarsening::new(&tensors, [1.0; 3], possible, PRICE).axes;
+        let transfer = Transfer::new(grid.nodes, wraps, axes);
+        let pieces = Pieces::new(&transfer, census.pieces(operator.body(), &transfer));
+        let transfer = transfer.with(&pieces, &[]);
         let edges = std::array::from_fn(|a| grid.spacing * transfer.axes[a].factor as f64);
         let filling = filling(operator.body(), census, &transfer, pieces);
         let springs = springs(blocks, supports);

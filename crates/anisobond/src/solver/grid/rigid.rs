@@ -97,9 +97,8 @@ impl Part {
         let centre = [0, 1, 2].map(|a| arms.iter().map(|p| p[a]).sum::<f64>() / n as f64);
         let size = arms.iter().flat_map(|p| (0..3).map(|a| (p[a] - centre[a]).abs())).fold(1.0, f64::max);
         let turns = (0..3).filter(|a| (0..3).all(|b| b == *a || !self.goes_around[b]));
-        let mut columns: Vec<DVector<f64>> = (0..3)
-            .map(|a| DVector::from_fn(3 * n, |row, _| if row % 3 == a { 1.0 } else { 0.0 }))
-            .collect();
+        let mut columns: Vec<DVector<f64>> =
+            (0..3).map(|a| DVector::from_fn(3 * n, |row, _| if row % 3 == a { 1.0 } else { 0.0 })).collect();
         columns.extend(turns.map(|a| {
             let (b, c) = ((a + 1) % 3, (a + 2) % 3);
             DVector::from_fn(3 * n, |row, _| {

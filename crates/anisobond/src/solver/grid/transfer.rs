@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::pieces::{Piece, Pieces};
 
-/// How one axis is coarsened. Coarse node I lies on fine node 2I; an axis of one element stays as it is.
+/// How one axis is coarsened. Coarse node I lies on fine node 2I, or I of an axis that stays as it is.
 #[derive(Clone)]
 pub struct AxisTransfer {
     /// Whether the last element leads back to node 0: a periodic axis, or one of a single layer.
@@ -24,10 +24,10 @@ pub struct AxisTransfer {
 }
 
 impl AxisTransfer {
-    /// For n fine nodes; `wraps` as for the field.
-    pub fn new(n: usize, wraps: bool) -> Self {
+    /// For n fine nodes; `wraps` as for the field. Not `coarsened`, coarse nodes are the fine ones.
+    pub fn new(n: usize, wraps: bool, coarsened: bool) -> Self {
         let fine_elements = if wraps { n } else { n - 1 };
-        let factor = if fine_elements > 1 { 2 } else { 1 };
+        let factor = if coarsened && fine_elements > 1 { 2 } else { 1 };
         let elements = fine_elements.div_ceil(factor);
         let nodes = if wraps { elements } else { elements + 1 };
         let up: Vec<[(usize, f64); 2]> = (0..n)
@@ -47,16 +47,14 @@ impl AxisTransfer {
 
     /// Elements that share a fine node's material, with the shares; they sum to 1.
     pub fn shares_of_node(&self, i: usize) -> Vec<(usize, f64)> {
-        if self.factor == 1 {
-            // A single element, or (two layers without wrap) one element between two nodes.
-            return vec![(0, 1.0)];
-        }
-        if i % 2 == 1 {
+        if i % self.factor == 1 {
             return vec![(i / 2, 1.0)];
         }
-        let right = i / 2;
+        let right = i / self.factor;
         let left = if right > 0 { Some(right - 1) } else { self.wraps.then_some(self.elements - 1) };
         match (left, right < self.elements) {
+            // The only element of an axis that wraps.
+            (Some(left), true) if left == right => vec![(left, 1.0)],
             (Some(left), true) => vec![(left, 0.5), (right, 0.5)],
             (Some(left), false) => vec![(left, 1.0)],
             (None, _) => vec![(right, 1.0)],
@@ -65,13 +63,6 @@ impl AxisTransfer {
 
     /// Elements in or on which a fine node lies.
     fn elements_of_node(&self, i: usize) -> Vec<usize> {
-        if self.factor == 1 {
-            // Coarse elements are the fine ones.
-            let below = if i > 0 { Some(i - 1) } else { self.wraps.then_some(self.elements - 1) };
-            let mut all: Vec<usize> = below.into_iter().chain((i < self.elements).then_some(i)).collect();
-            all.dedup();
-            return all;
-        }
         self.shares_of_node(i).into_iter().map(|s| s.0).collect()
     }
 
@@ -101,9 +92,9 @@ pub struct Transfer {
 }
 
 impl Transfer {
-    /// For fine nodes and axes that wrap.
-    pub fn new(fine: [usize; 3], wraps: [bool; 3]) -> Self {
-        let axes = std::array::from_fn(|a| AxisTransfer::new(fine[a], wraps[a]));
+    /// For fine nodes, axes that wrap and axes to coarsen.
+    pub fn new(fine: [usize; 3], wraps: [bool; 3], coarsened: [bool; 3]) -> Self {
+        let axes = std::array::from_fn(|a| AxisTransfer::new(fine[a], wraps[a], coarsened[a]));
         Transfer { fine, axes, beyond: 0, copies: 0, exceptions: Vec::new() }
     }
 
@@ -185,7 +176,8 @@ impl Transfer {
             let (axis, n) = (&self.axes[a], self.fine[a]);
             let from = at[a] * axis.factor;
             let to = from + axis.cells(at[a], axis.fine_elements(n)) as usize;
-            let mut nodes: Vec<usize> = (from..=to).map(|i| if axis.wraps { i % n } else { i }).filter(|i| *i < n).collect();
+            let mut nodes: Vec<usize> =
+                (from..=to).map(|i| if axis.wraps { i % n } else { i }).filter(|i| *i < n).collect();
             nodes.sort_unstable();
             nodes.dedup();
             nodes
@@ -365,10 +357,13 @@ mod tests {
     /// Pᵀ is the transpose of P, P of ones is ones, and shares of material sum to one, for odd, even and tiny axes.
     #[test]
     fn interpolation_and_its_transpose() {
-        for (fine, wraps) in
-            [([1, 2, 5], [true, false, true]), ([4, 3, 2], [true, true, true]), ([6, 7, 2], [false; 3])]
-        {
-            let t = Transfer::new(fine, wraps);
+        for (fine, wraps, coarsened) in [
+            ([1, 2, 5], [true, false, true], [true; 3]),
+            ([4, 3, 2], [true, true, true], [true; 3]),
+            ([6, 7, 2], [false; 3], [true; 3]),
+            ([6, 5, 4], [false, true, false], [true, false, false]),
+        ] {
+            let t = Transfer::new(fine, wraps, coarsened);
             let n: usize = fine.iter().product();
             let m: usize = t.coarse().iter().product();
             let value = |s: f64, i: usize| -> [f64; 3] { std::array::from_fn(|a| (s * i as f64 + a as f64).sin()) };
