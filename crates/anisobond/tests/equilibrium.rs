@@ -234,6 +234,78 @@ fn cracks_cost_iterations_but_not_with_the_grid() {
     assert!(large <= 45 && large as f64 <= 1.3 * small as f64, "{small} → {large}");
 }
 
+/// Whether the way from p to q passes a disc.
+fn passes(p: &Vector3<f64>, q: &Vector3<f64>, centre: &Vector3<f64>, normal: &Vector3<f64>, radius: f64) -> bool {
+    let (a, b) = (normal.dot(&(p - centre)), normal.dot(&(q - centre)));
+    (a < 0.0) != (b < 0.0) && (p + (q - p) * (a / (a - b)) - centre).norm() < radius * normal.norm()
+}
+
+/// Iterations to 1e-8 of a free block with cracks, pulled apart along z.
+fn iterations_of_cracked(n: usize, cracks: &[([f64; 3], [f64; 3], f64)]) -> usize {
+    let mut body = with_materials(Body::full(grid([n; 3], [false; 3])), &[steel()]);
+    let edge = n as f64 * SPACING;
+    for (centre, normal, radius) in cracks {
+        let (centre, normal) = (Vector3::from(*centre) * edge - Vector3::repeat(0.5 * SPACING), Vector3::from(*normal));
+        body.cut(|p, q| passes(p, q, &centre, &normal, radius * edge));
+    }
+    let supports = Supports::none();
+    let mut load = VectorField::zeros(body.body.grid.len());
+    load.components[2][n * n * (n - 1)..].fill(1.0);
+    load.components[2][..n * n].fill(-1.0);
+    let equilibrium = Equilibrium::new(&body, &supports, Method::default());
+    let (_, report) = equilibrium.solve(&load, VectorField::zeros(load.len()), &Stopping::default()).unwrap();
+    assert!(report.converged(), "{report:?}");
+    report.iterations
+}
+
+/// Free bodies with cracks of any place and direction: through nodes, off them, several, and almost all the way through. Every
+/// side of a crack moves as it likes on every coarse grid, and nothing on them is a mechanism.
+#[test]
+fn free_cracked_bodies() {
+    let off = 0.5 + 1e-7;
+    let cracks: [(&str, Vec<([f64; 3], [f64; 3], f64)>); 5] = [
+        ("oblique disc", vec![([0.5; 3], [1.0, 2.0, 3.0], 0.35)]),
+        ("through nodes", vec![([0.5; 3], [0.0, 1.0, 1.0], 0.4)]),
+        ("just off nodes", vec![([0.5, off, 0.5], [0.0, 1.0, 1.0], 0.4)]),
+        ("almost in two", vec![([0.5; 3], [0.2, 0.1, 1.0], 0.62)]),
+        (
+            "several",
+            vec![
+                ([0.3, 0.3, 0.3], [1.0, 0.0, 1.0], 0.3),
+                ([0.7, 0.6, 0.6], [1.0, -1.0, 1.0], 0.35),
+                ([0.5, 0.5, 0.75], [0.1, 0.0, 1.0], 0.3),
+            ],
+        ),
+    ];
+    for (name, cracks) in cracks {
+        let found = iterations_of_cracked(16, &cracks);
+        assert!(found <= 60, "{name}: {found}");
+    }
+}
+
+/// A long strip of two layers, free, bent by couples at its ends: its softest motions are 10⁷ times softer than its nodes.
+#[test]
+fn a_free_laminate_is_bent() {
+    let (long, thick) = (192, 16);
+    let mut body = Body::full(grid([long, 1, thick], [false, true, false]));
+    for n in 0..body.grid.len() {
+        body.region[n] = if body.grid.coordinates(n)[2] < thick / 2 { 1 } else { 2 };
+    }
+    let stiff = Stiffness::isotropic(56e9, 56e9);
+    let body = with_materials(body, &[stiff, stiff.scaled(1.0 / 14.0)]);
+    let supports = Supports::none();
+    let mut load = VectorField::zeros(body.body.grid.len());
+    for k in 0..thick {
+        let couple = k as f64 - 0.5 * (thick - 1) as f64;
+        load.components[0][long * k] = -couple;
+        load.components[0][long * k + long - 1] = couple;
+    }
+    let stopping = Stopping { tolerance: 1e-9, most_iterations: 1000 };
+    let equilibrium = Equilibrium::new(&body, &supports, Method::default());
+    let (_, report) = equilibrium.solve(&load, VectorField::zeros(load.len()), &stopping).unwrap();
+    assert!(report.converged() && report.iterations <= 80, "{report:?}");
+}
+
 #[test]
 fn every_material_of_the_document_converges() {
     for name in Material::builtin_names() {

@@ -9,8 +9,7 @@ pub struct BandedCholesky {
 
 impl BandedCholesky {
     /// Factor a matrix given by its lower entries (row, column, value), which are added up. A pivot below `floor` times
-    /// its diagonal entry is a free mode; it gets that pivot instead, so that modes that cost no energy stay bounded.
-    /// Rows without any stiffness give zero.
+    /// its diagonal entry is rounding: its row gives zero, as do rows without any stiffness.
     pub fn new(size: usize, entries: &[(usize, usize, f64)], floor: f64) -> Self {
         let band = entries.iter().map(|e| e.0.abs_diff(e.1)).max().unwrap_or(0);
         let width = band + 1;
@@ -29,7 +28,7 @@ impl BandedCholesky {
                 let sum: f64 = (from..j).map(|k| rows[a + k] * rows[b + k]).sum();
                 let rest = rows[a + j] - sum;
                 rows[a + j] = if j == i {
-                    rest.max(floor * diagonal).sqrt()
+                    if rest > floor * diagonal { rest.sqrt() } else { 0.0 }
                 } else if rows[b + j] > 0.0 {
                     rest / rows[b + j]
                 } else {

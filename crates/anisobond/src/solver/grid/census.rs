@@ -1,12 +1,15 @@
 //! What every node of a body has of its bonds: looked at once, used by free modes and preconditioner alike.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use super::connected::{ConnectedPart, visit_bonds};
 use super::links::Links;
+use super::pieces::Sets;
+use super::transfer::Transfer;
+use crate::lattice::Body;
 use crate::operator::GridOperator;
 
 /// A node is whole when it has all but this share of its bonds.
@@ -29,6 +32,40 @@ impl Census {
         let (parts, links) = visit_bonds(operator);
         let wholeness = |node| if body.has(node) { operator.wholeness(node) } else { 0.0 };
         Census { wholeness: (0..body.grid.len()).into_par_iter().map(wholeness).collect(), parts, links }
+    }
+
+    /// The nodes of every piece of the coarse elements that are not all material in one piece.
+    pub fn pieces(&self, body: &Body, transfer: &Transfer) -> BTreeMap<u32, Vec<Vec<u32>>> {
+        let elements: usize = transfer.elements().iter().product();
+        let parted = |element: usize| Some((element as u32, self.pieces_of(body, &transfer.nodes_of(element))?));
+        (0..elements).into_par_iter().with_min_len(64).filter_map(parted).collect()
+    }
+
+    /// Nodes of an element in pieces that neighbours hold together; `None` where they are all of them, in one piece.
+    fn pieces_of(&self, body: &Body, nodes: &[usize]) -> Option<Vec<Vec<u32>>> {
+        let held: Vec<usize> = nodes.iter().copied().filter(|n| self.wholeness[*n] > 0.0).collect();
+        if held.len() == nodes.len() && !nodes.iter().any(|n| self.links.touches(*n)) {
+            return None;
+        }
+        let at: Vec<[usize; 3]> = held.iter().map(|n| body.grid.coordinates(*n)).collect();
+        let near = |i: usize, j: usize| {
+            (0..3).all(|a| {
+                let (n, d) = (body.grid.nodes[a], at[i][a].abs_diff(at[j][a]));
+                d <= 1 || body.grid.periodic[a] && d + 1 >= n
+            })
+        };
+        let mut sets = Sets::new(held.len());
+        for i in 0..held.len() {
+            for j in (0..i).filter(|j| near(i, *j)) {
+                if self.links.joined(held[i], held[j]) {
+                    sets.join(i, j);
+                }
+            }
+        }
+        let number = sets.numbers();
+        let mut pieces = vec![Vec::new(); number.iter().max().map_or(0, |m| m + 1)];
+        held.iter().zip(number).for_each(|(node, piece)| pieces[piece].push(*node as u32));
+        (held.len() < nodes.len() || pieces.len() > 1).then_some(pieces)
     }
 
     /// Whether a node has all its bonds.

@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 
 use super::element::ElementStiffness;
-use super::links::Links;
 use super::symmetric3::{Symmetric3, pseudo_inverse};
+use super::transfer::corners_of;
 use crate::tensor::Stiffness;
 
 /// Power iterations for the largest eigenvalue.
@@ -22,6 +22,58 @@ pub struct Part {
     pub weight: f64,
 }
 
+/// A field with parts along all eigenvectors.
+pub(super) fn wiggle(nodes: usize) -> Vec<[f64; 3]> {
+    let at = |n: usize, a: usize| (1.7 * n as f64 + 2.3 * a as f64 + 0.1 * (n * n % 97) as f64).sin();
+    (0..nodes).map(|n| std::array::from_fn(|a| at(n, a))).collect()
+}
+
+/// An element with corners beyond the grid.
+pub struct Extra {
+    /// Its place on the grid of elements.
+    pub element: u32,
+    /// Its nodes x + 2y + 4z.
+    pub corners: [u32; 8],
+    /// Its parts.
+    pub parts: Vec<Part>,
+}
+
+/// What elements hold.
+pub struct Filling {
+    /// Parts of every element of the grid.
+    pub parts: Vec<Vec<Part>>,
+    /// Elements beside them.
+    pub extra: Vec<Extra>,
+    /// Of every node beyond the grid, the node of the grid on which it lies.
+    pub copies: Vec<u32>,
+}
+
+impl Filling {
+    /// Nothing, of elements of a grid and nodes beyond it.
+    pub fn empty(elements: usize, copies: Vec<u32>) -> Self {
+        Filling { parts: vec![Vec::new(); elements], extra: Vec::new(), copies }
+    }
+
+    /// Put what a piece of an element holds where the piece's corners are: in the element of the grid whose corners are
+    /// `usual`, or in one beside it.
+    pub fn add(&mut self, element: usize, corners: [u32; 8], usual: [usize; 8], part: Part) {
+        let parts = if corners == usual.map(|c| c as u32) {
+            &mut self.parts[element]
+        } else {
+            let same = |e: &Extra| e.element as usize == element && e.corners == corners;
+            let at = self.extra.iter().rposition(same).unwrap_or_else(|| {
+                self.extra.push(Extra { element: element as u32, corners, parts: Vec::new() });
+                self.extra.len() - 1
+            });
+            &mut self.extra[at].parts
+        };
+        match parts.iter_mut().find(|p| p.region == part.region) {
+            Some(p) => p.weight += part.weight,
+            None => parts.push(part),
+        }
+    }
+}
+
 /// Elements, springs to ground at supports, and the inverse of each node's block.
 pub struct Hexahedra {
     /// Nodes along each axis.
@@ -30,8 +82,8 @@ pub struct Hexahedra {
     pub elements: [usize; 3],
     /// Edges of an element (m).
     pub edges: [f64; 3],
-    /// Parts of every element.
-    pub parts: Vec<Vec<Part>>,
+    /// What the elements hold.
+    pub filling: Filling,
     /// Springs to ground, per node and component (N/m).
     pub support: Vec<[f64; 3]>,
     stiffness: Vec<ElementStiffness>,
@@ -40,37 +92,49 @@ pub struct Hexahedra {
 }
 
 impl Hexahedra {
-    /// A grid of elements of the given regions' tensors (Pa). Elements that a crack splits hold nothing.
+    /// A grid of elements of the given regions' tensors (Pa).
     pub(super) fn new(
         nodes: [usize; 3],
         elements: [usize; 3],
         edges: [f64; 3],
-        parts: Vec<Vec<Part>>,
+        filling: Filling,
         support: Vec<[f64; 3]>,
-        links: &Links,
         tensors: &[Stiffness],
     ) -> Self {
         let stiffness = tensors.iter().map(|c| ElementStiffness::new(c, edges)).collect();
         let mut grid =
-            Hexahedra { nodes, elements, edges, parts, support, stiffness, inverse: Vec::new(), largest: 1.0 };
-        grid.empty_split(links);
-        grid.inverse = (0..grid.len()).into_par_iter().map(|n| pseudo_inverse(&grid.diagonal(n))).collect();
+            Hexahedra { nodes, elements, edges, filling, support, stiffness, inverse: Vec::new(), largest: 1.0 };
+        grid.inverse = grid.diagonals().par_iter().map(pseudo_inverse).collect();
         grid.largest = MARGIN * grid.largest_eigenvalue();
         grid
     }
 
-    fn empty_split(&mut self, links: &Links) {
-        let [e1, e2, _] = self.elements;
-        for e in 0..self.parts.len() {
-            if links.splits(&self.corners([e % e1, e / e1 % e2, e / (e1 * e2)])) {
-                self.parts[e].clear();
-            }
-        }
-    }
-
     /// Number of nodes.
     pub fn len(&self) -> usize {
+        self.grid_len() + self.filling.copies.len()
+    }
+
+    /// Number of nodes of the grid.
+    pub fn grid_len(&self) -> usize {
         self.nodes.iter().product()
+    }
+
+    /// The node of the grid on which a node lies.
+    fn place(&self, node: usize) -> usize {
+        if node < self.grid_len() { node } else { self.filling.copies[node - self.grid_len()] as usize }
+    }
+
+    /// Every element that holds anything: its place on the grid of elements, its corners and parts.
+    pub(super) fn filled(&self) -> impl Iterator<Item = (usize, [u32; 8], &[Part])> {
+        let on_grid = self.filling.parts.iter().enumerate().filter(|(_, parts)| !parts.is_empty());
+        let on_grid = on_grid.map(|(e, parts)| (e, self.corners(self.element_at(e)).map(|c| c as u32), &parts[..]));
+        on_grid.chain(self.filling.extra.iter().map(|e| (e.element as usize, e.corners, &e.parts[..])))
+    }
+
+    /// The place of an element along each axis.
+    pub(super) fn element_at(&self, e: usize) -> [usize; 3] {
+        let [e1, e2, _] = self.elements;
+        [e % e1, e / e1 % e2, e / (e1 * e2)]
     }
 
     /// Whether an axis leads back to its first node.
@@ -78,7 +142,21 @@ impl Hexahedra {
         std::array::from_fn(|a| self.nodes[a] == self.elements[a])
     }
 
-    /// The 3×3 block of a node.
+    /// The 3×3 block of every node.
+    pub(super) fn diagonals(&self) -> Vec<[[f64; 3]; 3]> {
+        let mut blocks: Vec<[[f64; 3]; 3]> = (0..self.grid_len()).into_par_iter().map(|n| self.diagonal(n)).collect();
+        blocks.extend(
+            self.support[self.grid_len()..].iter().map(|s| [[s[0], 0.0, 0.0], [0.0, s[1], 0.0], [0.0, 0.0, s[2]]]),
+        );
+        for extra in &self.filling.extra {
+            for (l, corner) in extra.corners.iter().enumerate() {
+                self.add_diagonal(&extra.parts, l, &mut blocks[*corner as usize]);
+            }
+        }
+        blocks
+    }
+
+    /// The 3×3 block of a node of the grid by the elements of the grid.
     fn diagonal(&self, node: usize) -> [[f64; 3]; 3] {
         let [n1, n2, _] = self.nodes;
         let at = [node % n1, node / n1 % n2, node / (n1 * n2)];
@@ -88,17 +166,23 @@ impl Hexahedra {
         }
         for l in 0..8usize {
             // The element of which this node is local node l; an axis of one node has both ends in the same element.
-            let Some(e) = self.element_below(at, [l & 1, l >> 1 & 1, l >> 2 & 1]) else { continue };
-            for part in &self.parts[e] {
-                let k = self.stiffness[part.region as usize].diagonal(l);
-                for a in 0..3 {
-                    for b in 0..3 {
-                        block[a][b] += part.weight * k[a][b];
-                    }
-                }
+            if let Some(e) = self.element_below(at, [l & 1, l >> 1 & 1, l >> 2 & 1]) {
+                self.add_diagonal(&self.filling.parts[e], l, &mut block);
             }
         }
         block
+    }
+
+    /// Add the block of an element's local node l.
+    fn add_diagonal(&self, parts: &[Part], l: usize, block: &mut [[f64; 3]; 3]) {
+        for part in parts {
+            let k = self.stiffness[part.region as usize].diagonal(l);
+            for a in 0..3 {
+                for b in 0..3 {
+                    block[a][b] += part.weight * k[a][b];
+                }
+            }
+        }
     }
 
     /// The element whose lower corner is `back` nodes behind a node.
@@ -116,18 +200,17 @@ impl Hexahedra {
         Some(e[0] + self.elements[0] * (e[1] + self.elements[1] * e[2]))
     }
 
-    /// The eight nodes of an element.
-    fn corners(&self, e: [usize; 3]) -> [usize; 8] {
-        let [n1, n2, n3] = self.nodes;
-        let ends = [[e[0], (e[0] + 1) % n1], [e[1], (e[1] + 1) % n2], [e[2], (e[2] + 1) % n3]];
-        std::array::from_fn(|l| ends[0][l & 1] + n1 * (ends[1][l >> 1 & 1] + n2 * ends[2][l >> 2 & 1]))
+    /// The eight nodes of an element of the grid.
+    pub(super) fn corners(&self, e: [usize; 3]) -> [usize; 8] {
+        corners_of(e, self.nodes)
     }
 
     /// y = A u. Every plane of nodes gathers from the elements below and above it, in that order.
     pub fn apply(&self, u: &[[f64; 3]], y: &mut [[f64; 3]]) {
         let [n1, n2, n3] = self.nodes;
         let layers = self.elements[2];
-        y.par_chunks_mut(n1 * n2).enumerate().for_each(|(k, plane)| {
+        let grid = self.grid_len();
+        y[..grid].par_chunks_mut(n1 * n2).enumerate().for_each(|(k, plane)| {
             let start = k * n1 * n2;
             for (i, y) in plane.iter_mut().enumerate() {
                 let (s, u) = (&self.support[start + i], &u[start + i]);
@@ -141,6 +224,20 @@ impl Hexahedra {
                 self.add_layer(u, k, 0, plane);
             }
         });
+        for (y, (s, u)) in y[grid..].iter_mut().zip(self.support.iter().zip(u).skip(grid)) {
+            *y = [s[0] * u[0], s[1] * u[1], s[2] * u[2]];
+        }
+        for extra in &self.filling.extra {
+            let corners = extra.corners.map(|c| c as usize);
+            for face in 0..2 {
+                let forces = self.face_forces(u, &corners, &extra.parts, face);
+                for l in 0..4 {
+                    for a in 0..3 {
+                        y[corners[4 * face + l]][a] += forces[3 * l + a];
+                    }
+                }
+            }
+        }
     }
 
     /// Add the forces of one layer of elements on the plane of nodes that is its lower (0) or upper (1) face.
@@ -152,28 +249,12 @@ impl Hexahedra {
         };
         for j in 0..e2 {
             for i in 0..e1 {
-                let parts = &self.parts[i + e1 * (j + e2 * layer)];
+                let parts = &self.filling.parts[i + e1 * (j + e2 * layer)];
                 if parts.is_empty() {
                     continue;
                 }
                 let corners = self.corners([i, j, layer]);
-                let mut forces = [0.0; 12];
-                for part in parts {
-                    let k = &self.stiffness[part.region as usize].faces[face];
-                    let w = part.weight;
-                    let mut sum = [0.0; 12];
-                    for (l, corner) in corners.iter().enumerate() {
-                        let v = &u[*corner];
-                        for a in 0..3 {
-                            for row in 0..12 {
-                                sum[row] += k[3 * l + a][row] * v[a];
-                            }
-                        }
-                    }
-                    for row in 0..12 {
-                        forces[row] += w * sum[row];
-                    }
-                }
+                let forces = self.face_forces(u, &corners, parts, face);
                 for l in 0..4 {
                     let y = &mut plane[corners[4 * face + l] - start];
                     for a in 0..3 {
@@ -184,11 +265,32 @@ impl Hexahedra {
         }
     }
 
+    /// Forces of an element on the nodes of one of its faces.
+    #[inline(always)]
+    fn face_forces(&self, u: &[[f64; 3]], corners: &[usize; 8], parts: &[Part], face: usize) -> [f64; 12] {
+        let mut forces = [0.0; 12];
+        for part in parts {
+            let k = &self.stiffness[part.region as usize].faces[face];
+            let w = part.weight;
+            let mut sum = [0.0; 12];
+            for (l, corner) in corners.iter().enumerate() {
+                let v = &u[*corner];
+                for a in 0..3 {
+                    for row in 0..12 {
+                        sum[row] += k[3 * l + a][row] * v[a];
+                    }
+                }
+            }
+            for row in 0..12 {
+                forces[row] += w * sum[row];
+            }
+        }
+        forces
+    }
+
     /// Largest eigenvalue of D⁻¹A, from below.
     fn largest_eigenvalue(&self) -> f64 {
-        let mut u: Vec<[f64; 3]> = (0..self.len())
-            .map(|n| std::array::from_fn(|a| (1.7 * n as f64 + 2.3 * a as f64 + 0.1 * (n * n % 97) as f64).sin()))
-            .collect();
+        let mut u = wiggle(self.len());
         let mut au = vec![[0.0; 3]; u.len()];
         let mut largest = 1.0;
         for _ in 0..POWER_STEPS {
@@ -260,25 +362,26 @@ impl Hexahedra {
         let mut order = [0, 1, 2];
         order.sort_by_key(|&a| self.nodes[a]);
         let n = self.nodes;
-        let place: Vec<usize> = (0..self.len())
-            .map(|node| {
-                let at = [node % n[0], node / n[0] % n[1], node / (n[0] * n[1])];
-                at[order[0]] + n[order[0]] * (at[order[1]] + n[order[1]] * at[order[2]])
-            })
-            .collect();
+        let key = |node: usize| {
+            let place = self.place(node);
+            let at = [place % n[0], place / n[0] % n[1], place / (n[0] * n[1])];
+            (at[order[0]] + n[order[0]] * (at[order[1]] + n[order[1]] * at[order[2]]), node)
+        };
+        let mut sorted: Vec<usize> = (0..self.len()).collect();
+        sorted.sort_by_key(|node| key(*node));
+        let mut place = vec![0; self.len()];
+        sorted.into_iter().enumerate().for_each(|(i, node)| place[node] = i);
         let mut entries = Vec::new();
         for (node, support) in self.support.iter().enumerate() {
             entries.extend((0..3).map(|a| (3 * place[node] + a, 3 * place[node] + a, support[a])));
         }
-        for (e, parts) in self.parts.iter().enumerate() {
-            let [e1, e2, _] = self.elements;
-            let corners = self.corners([e % e1, e / e1 % e2, e / (e1 * e2)]);
+        for (_, corners, parts) in self.filled() {
             for part in parts {
                 let k = &self.stiffness[part.region as usize];
                 for row in 0..24 {
                     for column in 0..24 {
-                        let r = 3 * place[corners[row / 3]] + row % 3;
-                        let c = 3 * place[corners[column / 3]] + column % 3;
+                        let r = 3 * place[corners[row / 3] as usize] + row % 3;
+                        let c = 3 * place[corners[column / 3] as usize] + column % 3;
                         if c <= r {
                             entries.push((r, c, part.weight * k.entry(row, column)));
                         }

@@ -2,6 +2,7 @@
 
 mod banded;
 mod census;
+mod coarsening;
 mod conjugate_gradients;
 mod connected;
 mod element;
@@ -12,8 +13,10 @@ mod links;
 mod load_steps;
 mod multigrid;
 mod nonlinear;
+mod pieces;
 mod preconditioner;
 mod relaxation;
+mod rigid;
 mod supports;
 mod symmetric3;
 mod transfer;

@@ -1,16 +1,36 @@
 //! A V-cycle over ever coarser grids of hexahedra: an approximate inverse that is symmetric and positive.
 
 use super::banded::BandedCholesky;
-use super::hexahedra::{Hexahedra, Part};
-use super::links::Links;
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::coarsening::Coarsening;
+use super::hexahedra::{Filling, Hexahedra, Part, wiggle};
+use super::pieces::{Pieces, merge_sharing};
+use super::rigid::grounds;
 use super::transfer::Transfer;
 use crate::tensor::Stiffness;
 
 /// Multiplications that the factors of the coarsest grid may cost: N b² for N unknowns in a band b.
 const BOTTOM_COST: f64 = 1e8;
 
-/// Pivots of the coarsest grid below this share of their diagonal are rigid modes.
-const FREE_PIVOT: f64 = 1e-9;
+/// Pivots of the coarsest grid below this share of their diagonal are rounding.
+const ROUNDING: f64 = 1e-14;
+
+/// What a coarser grid of more nodes must gain: little, beside the finest grids.
+const PRICE: f64 = 1.5;
+
+/// Most that the smoothing of a grid spans beyond that of an isotropic body.
+const WIDEST: f64 = 8.0;
+
+/// Cycles where material is parted: coarse elements join the faces of a crack around its front, too far, and a cycle undoes only
+/// part of that.
+const SPLIT: usize = 3;
+
+/// Steps towards the largest eigenvalue of a cycle.
+const POWER_STEPS: usize = 6;
+
+/// Several cycles are positive as long as each step times the largest eigenvalue is below 2; the eigenvalue is known from below.
+const SAFE: f64 = 1.6;
 
 /// How the coarse grids are smoothed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,36 +49,81 @@ impl Default for Smoothing {
     }
 }
 
-/// Grids of twice the spacing each, and the factors of the last.
+impl Smoothing {
+    /// Over waves of a smaller share of the stiffness than those of an isotropic body.
+    fn over(self, share: f64) -> Self {
+        let wider = (1.0 / share).clamp(1.0, WIDEST);
+        Smoothing { degree: (self.degree as f64 * wider.sqrt()).round() as usize, span: self.span * wider, ..self }
+    }
+}
+
+/// Grids of twice the spacing each along all axes or some, and the factors of the last.
 pub struct Multigrid {
     levels: Vec<Hexahedra>,
     transfers: Vec<Transfer>,
     bottom: BandedCholesky,
     place: Vec<usize>,
-    smoothing: Smoothing,
+    /// Of every grid but the last.
+    smoothing: Vec<Smoothing>,
+    cycles: usize,
+    /// Share of a cycle's step that is taken where there are several, so that they stay positive.
+    damping: f64,
 }
 
 impl Multigrid {
-    /// From the finest grid of elements and what cracks part on it.
-    pub(super) fn new(finest: Hexahedra, mut links: Links, tensors: &[Stiffness], smoothing: Smoothing) -> Self {
+    /// From the finest grid of elements.
+    pub(super) fn new(finest: Hexahedra, tensors: &[Stiffness], smoothing: Smoothing) -> Self {
         let mut levels = vec![finest];
-        let mut transfers = Vec::new();
-        while let Some((transfer, coarse)) = levels.last().and_then(|fine| coarser(fine, &mut links, tensors)) {
+        let (mut transfers, mut smoothings) = (Vec::new(), vec![smoothing]);
+        while let Some((transfer, coarse, share)) = levels.last().and_then(|fine| coarser(fine, tensors)) {
+            smoothings.insert(transfers.len(), smoothing.over(share));
             transfers.push(transfer);
             levels.push(coarse);
         }
         let coarsest = &levels[levels.len() - 1];
-        let (entries, place) = coarsest.entries();
-        let bottom = BandedCholesky::new(3 * coarsest.len(), &entries, FREE_PIVOT);
-        Multigrid { levels, transfers, bottom, place, smoothing }
+        let (mut entries, place) = coarsest.entries();
+        let grounded = grounds(coarsest).into_iter().map(|(node, a, k)| (3 * place[node] + a, k));
+        entries.extend(grounded.map(|(at, k)| (at, at, k)));
+        let bottom = BandedCholesky::new(3 * coarsest.len(), &entries, ROUNDING);
+        let split = levels.iter().any(|level| !level.filling.extra.is_empty());
+        let cycles = if split { smoothing.cycles.max(SPLIT) } else { smoothing.cycles };
+        let mut grids = Multigrid { levels, transfers, bottom, place, smoothing: smoothings, cycles, damping: 1.0 };
+        if cycles > 1 {
+            grids.damping = (SAFE / grids.largest_eigenvalue()).min(1.0);
+        }
+        grids
+    }
+
+    /// Largest eigenvalue of one cycle times A, from below.
+    fn largest_eigenvalue(&self) -> f64 {
+        let grid = &self.levels[0];
+        let mut u = wiggle(grid.len());
+        let mut au = vec![[0.0; 3]; u.len()];
+        let mut largest = 1.0;
+        for _ in 0..POWER_STEPS {
+            grid.apply(&u, &mut au);
+            let v = self.cycle(0, &au);
+            let (above, below) = (product(&v, &au), product(&u, &au));
+            let norm = v.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
+            if !(below > 0.0 && norm > 0.0) {
+                break;
+            }
+            largest = above / below;
+            u = v;
+            u.iter_mut().flatten().for_each(|x| *x /= norm);
+        }
+        largest
     }
 
     /// x ≈ A⁻¹ b on the finest grid.
     pub fn solve(&self, b: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let mut x = self.cycle(0, b);
-        for _ in 1..self.smoothing.cycles {
+        x.iter_mut().flatten().for_each(|x| *x *= self.damping);
+        for _ in 1..self.cycles {
             let r = self.residual(0, b, &x);
-            add(&mut x, &self.cycle(0, &r));
+            let mut step = self.cycle(0, &r);
+            step.iter_mut().flatten().for_each(|x| *x *= self.damping);
+            add(&mut x, &step);
         }
         x
     }
@@ -66,7 +131,7 @@ impl Multigrid {
     /// One V-cycle from a level downwards.
     fn cycle(&self, level: usize, b: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let Some(transfer) = self.transfers.get(level) else { return self.solve_bottom(b) };
-        let Smoothing { degree, span, .. } = self.smoothing;
+        let Smoothing { degree, span, .. } = self.smoothing[level];
         let grid = &self.levels[level];
         let mut x = grid.smooth(b, degree, span);
         let r = self.residual(level, b, &x);
@@ -100,6 +165,11 @@ impl Multigrid {
     }
 }
 
+/// x · y.
+fn product(x: &[[f64; 3]], y: &[[f64; 3]]) -> f64 {
+    x.iter().flatten().zip(y.iter().flatten()).map(|(x, y)| x * y).sum()
+}
+
 /// x += y.
 fn add(x: &mut [[f64; 3]], y: &[[f64; 3]]) {
     for (x, y) in x.iter_mut().zip(y) {
@@ -109,41 +179,66 @@ fn add(x: &mut [[f64; 3]], y: &[[f64; 3]]) {
     }
 }
 
-/// The next grid, unless this one is small enough to be solved exactly or cannot be coarsened.
-fn coarser(fine: &Hexahedra, links: &mut Links, tensors: &[Stiffness]) -> Option<(Transfer, Hexahedra)> {
+/// The next grid, and the share of waves that this one is to damp, unless this one is small enough to be solved exactly or cannot be coarsened.
+fn coarser(fine: &Hexahedra, tensors: &[Stiffness]) -> Option<(Transfer, Hexahedra, f64)> {
     let mut sorted = fine.nodes;
     sorted.sort_unstable();
     let band = 3.0 * (sorted[0] * sorted[1]) as f64;
     if 3.0 * fine.len() as f64 * band * band <= BOTTOM_COST {
         return None;
     }
-    let transfer = Transfer::new(fine.nodes, fine.wraps()).beside(links);
-    if transfer.axes.iter().all(|a| a.factor == 1) {
+    let possible = fine.elements.map(|e| e > 1);
+    if possible == [false; 3] {
         return None;
     }
-    let elements: [usize; 3] = std::array::from_fn(|a| transfer.axes[a].elements);
-    let mut parts = vec![Vec::new(); elements.iter().product()];
-    let [e1, e2, _] = fine.elements;
-    for (e, held) in fine.parts.iter().enumerate() {
-        let at = [e % e1, e / e1 % e2, e / (e1 * e2)];
-        let to: [usize; 3] = std::array::from_fn(|a| at[a] / transfer.axes[a].factor);
-        let cells: f64 = (0..3).map(|a| transfer.axes[a].cells(to[a], fine.elements[a])).product();
-        let target = &mut parts[to[0] + elements[0] * (to[1] + elements[1] * to[2])];
-        for part in held {
-            merge(target, Part { region: part.region, weight: part.weight / cells });
-        }
-    }
-    let support = transfer.restrict(|n| fine.support[n]);
+    let Coarsening { axes, share } = Coarsening::new(tensors, fine.edges, possible, PRICE);
+    let transfer = Transfer::new(fine.nodes, fine.wraps(), axes);
+    let pieces = pieces(fine, &transfer);
+    let transfer = transfer.with(&pieces, &fine.filling.copies);
+    let filling = filling(fine, &transfer, pieces);
+    let support = transfer.restrict(|n| fine.support[n]).into_iter().map(|s| s.map(|s| s.max(0.0))).collect();
     let edges = std::array::from_fn(|a| fine.edges[a] * transfer.axes[a].factor as f64);
-    *links = links.coarse(&transfer);
-    let grid = Hexahedra::new(transfer.coarse(), elements, edges, parts, support, links, tensors);
-    Some((transfer, grid))
+    let grid = Hexahedra::new(transfer.coarse(), transfer.elements(), edges, filling, support, tensors);
+    Some((transfer, grid, share))
 }
 
-/// Add a part to an element.
-pub fn merge(parts: &mut Vec<Part>, part: Part) {
-    match parts.iter_mut().find(|p| p.region == part.region) {
-        Some(p) => p.weight += part.weight,
-        None => parts.push(part),
+/// The pieces of coarse elements that are not filled with elements of the grid.
+fn pieces(fine: &Hexahedra, transfer: &Transfer) -> Pieces {
+    let to = |element: usize| transfer.element_index(coarse_element(fine, transfer, element)) as u32;
+    let mut parted: BTreeSet<u32> = fine.filling.extra.iter().map(|e| to(e.element as usize)).collect();
+    parted.extend((0..fine.filling.parts.len()).filter(|e| fine.filling.parts[*e].is_empty()).map(to));
+    let mut cells: BTreeMap<u32, Vec<Vec<u32>>> = parted.into_iter().map(|e| (e, Vec::new())).collect();
+    for (coarse, cells) in &mut cells {
+        for e in transfer.elements_in(*coarse as usize, fine.elements) {
+            if !fine.filling.parts[e].is_empty() {
+                cells.push(fine.corners(fine.element_at(e)).map(|c| c as u32).to_vec());
+            }
+        }
     }
+    for extra in &fine.filling.extra {
+        cells.entry(to(extra.element as usize)).or_default().push(extra.corners.to_vec());
+    }
+    Pieces::new(transfer, cells.into_iter().map(|(e, cells)| (e, merge_sharing(&cells))).collect())
+}
+
+/// What the coarse elements hold of the fine ones in them.
+fn filling(fine: &Hexahedra, transfer: &Transfer, pieces: Pieces) -> Filling {
+    let mut filling = Filling::empty(transfer.elements().iter().product(), pieces.copies.clone());
+    for (element, corners, parts) in fine.filled() {
+        let to = coarse_element(fine, transfer, element);
+        let cells: f64 = (0..3).map(|a| transfer.axes[a].cells(to[a], fine.elements[a])).product();
+        let coarse = transfer.element_index(to);
+        let usual = transfer.corners(coarse);
+        let own = pieces.holding(coarse, corners[0]).map_or(usual.map(|c| c as u32), |p| p.corners);
+        for part in parts {
+            filling.add(coarse, own, usual, Part { region: part.region, weight: part.weight / cells });
+        }
+    }
+    filling
+}
+
+/// Where the coarse element is that holds an element.
+fn coarse_element(fine: &Hexahedra, transfer: &Transfer, element: usize) -> [usize; 3] {
+    let at = fine.element_at(element);
+    std::array::from_fn(|a| at[a] / transfer.axes[a].factor)
 }

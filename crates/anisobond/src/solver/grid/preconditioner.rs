@@ -5,8 +5,10 @@ use std::collections::{BTreeMap, HashMap};
 use rayon::prelude::*;
 
 use super::census::{Blocks, Census};
-use super::hexahedra::{Hexahedra, Part};
-use super::multigrid::{Multigrid, Smoothing, merge};
+use super::coarsening::Coarsening;
+use super::hexahedra::{Filling, Hexahedra, Part};
+use super::multigrid::{Multigrid, Smoothing};
+use super::pieces::Pieces;
 use super::supports::Supports;
 use super::symmetric3::{Symmetric3, pseudo_inverse};
 use super::transfer::Transfer;
@@ -16,6 +18,9 @@ use crate::tensor::Stiffness;
 
 /// A prescribed component is a spring to ground on the coarse grids, so many times as stiff as the node's own block.
 const SUPPORT: f64 = 4.0;
+
+/// What a first coarse grid of twice the nodes must gain.
+const PRICE: f64 = 3.0;
 
 /// An approximate inverse of K: symmetric, positive on free components, zero on prescribed ones.
 pub trait Preconditioner: Send + Sync {
@@ -163,17 +168,20 @@ impl TwoScale {
     ) -> Self {
         let grid = &operator.body().grid;
         let wraps = std::array::from_fn(|a| grid.periodic[a] || grid.nodes[a] == 1);
-        let transfer = Transfer::new(grid.nodes, wraps).beside(&census.links);
-        let links = census.links.coarse(&transfer);
         let regions = operator.body().region.iter().copied().max().unwrap_or(0);
         let tensors: Vec<Stiffness> = (0..regions).map(|r| operator.bulk_stiffness(r)).collect();
-        let elements = std::array::from_fn(|a| transfer.axes[a].elements);
+        let possible = std::array::from_fn(|a| grid.nodes[a] > if wraps[a] { 1 } else { 2 });
+        let axes = Coarsening::new(&tensors, [1.0; 3], possible, PRICE).axes;
+        let transfer = Transfer::new(grid.nodes, wraps, axes);
+        let pieces = Pieces::new(&transfer, census.pieces(operator.body(), &transfer));
+        let transfer = transfer.with(&pieces, &[]);
         let edges = std::array::from_fn(|a| grid.spacing * transfer.axes[a].factor as f64);
-        let parts = element_parts(operator.body(), census, &transfer);
+        let filling = filling(operator.body(), census, &transfer, pieces);
         let springs = springs(blocks, supports);
         let support = transfer.restrict(|n| springs.get(&(n as u32)).copied().unwrap_or_default());
-        let finest = Hexahedra::new(transfer.coarse(), elements, edges, parts, support, &links, &tensors);
-        let multigrid = Multigrid::new(finest, links, &tensors, smoothing);
+        let support = support.into_iter().map(|s| s.map(|s| s.max(0.0))).collect();
+        let finest = Hexahedra::new(transfer.coarse(), transfer.elements(), edges, filling, support, &tensors);
+        let multigrid = Multigrid::new(finest, &tensors, smoothing);
         let blocks = NodeBlocks::of(blocks, grid.nodes[0], supports);
         TwoScale { supports: supports.clone(), blocks, transfer, multigrid, scheme }
     }
@@ -229,26 +237,28 @@ impl Preconditioner for TwoScale {
 }
 
 /// What every element of spacing 2Δ holds: nodes are cells of volume Δ³, shared between the elements they touch.
-fn element_parts(body: &Body, census: &Census, transfer: &Transfer) -> Vec<Vec<Part>> {
-    let elements: [usize; 3] = std::array::from_fn(|a| transfer.axes[a].elements);
+fn filling(body: &Body, census: &Census, transfer: &Transfer, pieces: Pieces) -> Filling {
     let shares: [Vec<Vec<(usize, f64)>>; 3] = std::array::from_fn(|a| {
         let axis = &transfer.axes[a];
         let per_cell = |(e, share): (usize, f64)| (e, share / axis.cells(e, transfer.fine[a]));
         (0..transfer.fine[a]).map(|i| axis.shares_of_node(i).into_iter().map(per_cell).collect()).collect()
     });
-    let mut parts = vec![Vec::new(); elements.iter().product()];
+    let mut filling = Filling::empty(transfer.elements().iter().product(), pieces.copies.clone());
     for (node, whole) in census.wholeness.iter().enumerate().filter(|w| *w.1 > 0.0) {
         let [i, j, k] = body.grid.coordinates(node);
         for &(ek, wk) in &shares[2][k] {
             for &(ej, wj) in &shares[1][j] {
                 for &(ei, wi) in &shares[0][i] {
                     let part = Part { region: body.region[node] - 1, weight: whole * wi * wj * wk };
-                    merge(&mut parts[ei + elements[0] * (ej + elements[1] * ek)], part);
+                    let element = transfer.element_index([ei, ej, ek]);
+                    let usual = transfer.corners(element);
+                    let own = pieces.holding(element, node as u32).map_or(usual.map(|c| c as u32), |p| p.corners);
+                    filling.add(element, own, usual, part);
                 }
             }
         }
     }
-    parts
+    filling
 }
 
 /// Springs to ground (N/m) of the nodes with prescribed components.
