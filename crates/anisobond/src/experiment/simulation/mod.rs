@@ -6,6 +6,7 @@ mod crack;
 mod crack_path;
 mod crack_tips;
 mod ledger;
+mod load_step;
 mod loading;
 mod measure;
 mod motion;
@@ -20,11 +21,13 @@ use self::crack::CrackFront;
 pub use self::crack_path::{CrackPath, CrackPoint};
 pub use self::crack_tips::{CrackTip, TipPoint};
 pub use self::ledger::Ledger;
+use self::load_step::BrokenState;
 use self::loading::Loading;
 use self::motion::{Motion, Pass};
 pub use self::saved::SavedState;
 pub use self::statics::StaticEvidence;
 use self::statics::Statics;
+use super::outcome::{Outcome, StepLook};
 use super::problem::{Problem, Schedule};
 use crate::operator::grid::{FailingBonds, GridBonds, Padded};
 use crate::operator::{Kinematics, VectorField};
@@ -77,6 +80,8 @@ pub struct Simulation {
     steps: u64,
     ledger: Ledger,
     crack: CrackFront,
+    outcome: Outcome,
+    broken: Option<BrokenState>,
     warnings: Vec<String>,
 }
 
@@ -126,6 +131,8 @@ impl Simulation {
             step: 0,
             steps: 1,
             ledger: Ledger::default(),
+            outcome: Outcome::Completed,
+            broken: None,
             problem,
             regions,
             bonds,
@@ -176,8 +183,14 @@ impl Simulation {
         let statics = statics_of(&self.problem.schedule);
         let start = VectorField::zeros(self.problem.body.grid.len());
         let settled = statics
-            .settle(&self.problem, &self.loading, &mut self.bonds, start, (None, 0.0))
+            .settle(&self.problem, &self.loading, &mut self.bonds, start, (None, 0.0), false, &|_| true)
             .map_err(|e| e.at("equilibrium at the start"))?;
+        if settled.broke.is_some() {
+            return Err(Error::input(
+                format!("the body breaks in its equilibrium at the start: {} bonds", settled.failure.broken),
+                "use smaller loads at time 0, or leave from_equilibrium out and let them grow",
+            ));
+        }
         self.u.set(&settled.displacement);
         self.ledger.broken_bonds += settled.failure.broken as u64;
         Ok(())
@@ -194,9 +207,17 @@ impl Simulation {
     /// Do one time step or one load step.
     ///
     /// # Errors
-    /// Numbers that are none; an equilibrium that is not found.
+    /// Numbers that are none; an equilibrium that is not found. That a body breaks is an [outcome](Simulation::outcome).
     pub fn advance(&mut self) -> Result<()> {
-        if self.is_motion() { self.advance_motion() } else { self.advance_equilibrium() }
+        self.advance_seen(&|_| true)
+    }
+
+    /// The same; a load step is seen while it goes on.
+    ///
+    /// # Errors
+    /// As [`Simulation::advance`], and [`Error::Interrupted`] where `look` ends it; the state is then that before the step.
+    pub fn advance_seen(&mut self, look: StepLook) -> Result<()> {
+        if self.is_motion() { self.advance_motion() } else { self.advance_equilibrium(look) }
     }
 
     fn advance_motion(&mut self) -> Result<()> {
@@ -260,28 +281,9 @@ impl Simulation {
         Err(Error::input(format!("the motion {what}{place} at t = {:.4e} s", self.time()), remedy))
     }
 
-    fn advance_equilibrium(&mut self) -> Result<()> {
-        let factor = (self.step + 1) as f64 / self.steps as f64;
-        let Stage::Equilibrium { statics, last } = &mut self.stage else { return Ok(()) };
-        let before = (self.step > 0).then(|| self.step as f64 / self.steps as f64);
-        let settled = statics
-            .settle(&self.problem, &self.loading, &mut self.bonds, self.u.get(), (before, factor))
-            .map_err(|e| e.at(format!("load step {} of {}", self.step + 1, self.steps)))?;
-        *last = Some(settled.evidence);
-        self.u.set(&settled.displacement);
-        self.step += 1;
-        self.ledger.strain = self.bonds.energy(&self.u, self.problem.kinematics)?;
-        self.ledger.fracture += settled.failure.energy;
-        self.ledger.broken_bonds += settled.failure.broken as u64;
-        self.ledger.external += settled.account.external;
-        self.ledger.damping += settled.account.released;
-        self.crack.look(&self.bonds, self.time(), self.ledger.fracture);
-        Ok(())
-    }
-
-    /// Whether the last step is done.
+    /// Whether the last step is done, or the body broke.
     pub fn finished(&self) -> bool {
-        self.step >= self.steps
+        self.step >= self.steps || self.outcome != Outcome::Completed
     }
 
     /// Steps done.
@@ -294,12 +296,19 @@ impl Simulation {
         self.steps
     }
 
-    /// Time (s) in motion, load factor (–) in equilibrium.
+    /// Time (s) in motion, load factor (–) in equilibrium; where the last state of a body that broke is
+    /// [shown](Simulation::show_broken), the load factor at which it broke.
     pub fn time(&self) -> f64 {
-        match &self.stage {
-            Stage::Motion { evidence, .. } => self.step as f64 * evidence.step,
-            Stage::Equilibrium { .. } => self.step as f64 / self.steps as f64,
+        match (&self.stage, &self.outcome) {
+            (Stage::Motion { evidence, .. }, _) => self.step as f64 * evidence.step,
+            (_, Outcome::Broke(b)) if self.broken.is_none() => b.not_reached,
+            _ => self.load_factor(),
         }
+    }
+
+    /// Time (s), or load factor of the last equilibrium (–).
+    pub fn reached(&self) -> f64 {
+        if self.is_motion() { self.time() } else { self.load_factor() }
     }
 
     /// Whether the body moves.

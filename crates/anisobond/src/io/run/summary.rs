@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::experiment::{
-    CellState, CrackPath, Leavers, Ledger, PackingEvidence, PackingSimulation, Peak, RegionEvidence, Simulation,
-    StaticEvidence, StepEvidence,
+    CellState, CrackPath, Leavers, Ledger, Outcome, PackingEvidence, PackingSimulation, Peak, RegionEvidence,
+    Simulation, StaticEvidence, StepEvidence,
 };
 use crate::solver::SolverReport;
 
@@ -20,9 +20,12 @@ pub struct RunSummary {
     pub nodes: usize,
     /// Bonds, each pair once.
     pub bonds: u64,
+    /// How it ended.
+    #[serde(default)]
+    pub outcome: Outcome,
     /// Time steps or load steps done.
     pub steps: u64,
-    /// Time reached (s), or load factor (–).
+    /// Time reached (s), or load factor of the last equilibrium (–).
     pub time: f64,
     /// The time step; `None` in equilibrium.
     pub time_step: Option<StepEvidence>,
@@ -75,6 +78,7 @@ impl RunSummary {
             case: simulation.problem().name.clone(),
             nodes: simulation.particles().len(),
             bonds: simulation.bonds(),
+            outcome: Outcome::Completed,
             steps: simulation.step(),
             time: simulation.time(),
             time_step: simulation.step_evidence(),
@@ -103,12 +107,14 @@ impl RunSummary {
         let energy = *simulation.ledger();
         let relative_drift = energy.relative_drift();
         warnings.extend(simulation.drift_warning());
+        warnings.extend(simulation.outcome().words().map(|words| format!("the body {words}")));
         RunSummary {
             case: simulation.problem().name.clone(),
             nodes: simulation.problem().body.nodes(),
             bonds: simulation.bonds(),
+            outcome: simulation.outcome().clone(),
             steps: simulation.step(),
-            time: simulation.time(),
+            time: simulation.reached(),
             time_step: simulation.step_evidence(),
             equilibrium: simulation.static_evidence(),
             regions: simulation.regions().to_vec(),
