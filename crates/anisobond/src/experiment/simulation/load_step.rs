@@ -5,21 +5,19 @@ use super::{Simulation, Stage};
 use crate::Result;
 use crate::experiment::outcome::{Break, Outcome, StepLook};
 use crate::operator::VectorField;
+use crate::operator::grid::KeptBonds;
 
 /// The last state of a body that broke, which is no equilibrium.
 pub(super) struct BrokenState {
-    bonds: BondState,
+    bonds: KeptBonds,
     displacement: VectorField,
 }
-
-/// Which bonds are whole, and which soften.
-type BondState = (Vec<u64>, (Vec<u64>, Vec<f64>));
 
 impl Simulation {
     pub(super) fn advance_equilibrium(&mut self, look: StepLook) -> Result<()> {
         let reached = self.load_factor();
         let factor = (self.step + 1) as f64 / self.steps as f64;
-        let whole = self.bond_state_kept();
+        let whole = self.bonds.kept();
         let Stage::Equilibrium { statics, last } = &mut self.stage else { return Ok(()) };
         let before = (self.step > 0).then_some(reached);
         let (lost, start) = (self.ledger.fracture > 0.0, self.u.get());
@@ -28,12 +26,13 @@ impl Simulation {
         let settled = match settled {
             Ok(settled) => settled,
             Err(e) => {
-                self.set_bonds(&whole)?;
+                self.bonds.put_back(&whole);
                 return Err(e.at(format!("load step {} of {}", self.step + 1, self.steps)));
             }
         };
         if settled.broke.is_some() {
-            return self.break_apart(settled, [reached, factor], &whole);
+            self.break_apart(settled, [reached, factor], &whole);
+            return Ok(());
         }
         *last = settled.evidence;
         self.u.set(&settled.displacement);
@@ -48,21 +47,13 @@ impl Simulation {
     }
 
     /// Keep the last state of a body that broke between two load factors, and go back to its last equilibrium.
-    fn break_apart(&mut self, step: Step, [load_factor, not_reached]: [f64; 2], whole: &BondState) -> Result<()> {
-        let Some((how, what, equilibria)) = step.broke else { return Ok(()) };
+    fn break_apart(&mut self, step: Step, [load_factor, not_reached]: [f64; 2], whole: &KeptBonds) {
+        let Some((how, what, equilibria)) = step.broke else { return };
         self.crack.look(&self.bonds, not_reached, self.ledger.fracture + step.failure.energy);
-        self.broken = Some(BrokenState { bonds: self.bond_state_kept(), displacement: step.displacement });
+        self.broken = Some(BrokenState { bonds: self.bonds.kept(), displacement: step.displacement });
         let broken_bonds = step.failure.broken as u64;
         self.outcome = Outcome::Broke(Break { load_factor, not_reached, how, what, equilibria, broken_bonds });
-        self.set_bonds(whole)
-    }
-
-    fn bond_state_kept(&self) -> BondState {
-        (self.bonds.grid().unbroken_bits(), self.bonds.softened_state())
-    }
-
-    fn set_bonds(&mut self, (bits, (softened, largest)): &BondState) -> Result<()> {
-        self.bonds.restore(bits, softened, largest)
+        self.bonds.put_back(whole);
     }
 
     /// How the run ended, or that nothing has ended it yet.
@@ -72,13 +63,10 @@ impl Simulation {
 
     /// Go from the last equilibrium of a body that broke to its last state, for its fields: bonds as they broke, displacements of
     /// the last solve. Energies stay those of the equilibrium.
-    ///
-    /// # Errors
-    /// None that is expected.
-    pub fn show_broken(&mut self) -> Result<()> {
-        let Some(BrokenState { bonds, displacement }) = self.broken.take() else { return Ok(()) };
+    pub fn show_broken(&mut self) {
+        let Some(BrokenState { bonds, displacement }) = self.broken.take() else { return };
         self.u.set(&displacement);
-        self.set_bonds(&bonds)
+        self.bonds.put_back(&bonds);
     }
 
     /// Load factor of the last equilibrium.

@@ -29,8 +29,8 @@ impl Subject for Simulation {
     fn outcome(&self) -> Outcome {
         Simulation::outcome(self).clone()
     }
-    fn show_broken(&mut self) -> Result<()> {
-        Simulation::show_broken(self)
+    fn show_broken(&mut self) {
+        Simulation::show_broken(self);
     }
     fn step(&self) -> u64 {
         Simulation::step(self)

@@ -328,7 +328,7 @@ impl<S: Subject> Run<S> {
         if self.writes_frames() && !shown {
             self.frames.write(&self.simulation)?;
         }
-        self.simulation.show_broken()?;
+        self.simulation.show_broken();
         if self.writes_frames() {
             self.frames.write(&self.simulation)?;
         }

@@ -29,9 +29,7 @@ pub(super) trait Subject {
         Outcome::Completed
     }
     /// Of a body that broke: from its last equilibrium to its last state, for its fields.
-    fn show_broken(&mut self) -> Result<()> {
-        Ok(())
-    }
+    fn show_broken(&mut self) {}
     /// Steps done.
     fn step(&self) -> u64;
     /// Steps in all.

@@ -37,5 +37,6 @@ pub use measure::NodeState;
 pub use padded::Padded;
 pub use real::{Real, Word};
 pub use softening::LinearSoftening;
+pub use state::KeptBonds;
 pub use stencil::Stencil;
 pub use sweep::Broken;
