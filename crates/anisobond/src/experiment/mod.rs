@@ -31,7 +31,7 @@ pub use problem::{
     Schedule, Slice, Softening,
 };
 pub use simulation::{
-    CrackPath, CrackPoint, CrackTip, Ledger, RegionEvidence, RunCost, SavedState, Simulation, StaticEvidence,
-    StepEvidence, TipPoint,
+    Between, CrackPath, CrackPoint, CrackTip, Ledger, Overlap, RegionEvidence, RunCost, SavedState, Simulation,
+    StaticEvidence, StepEvidence, TipPoint,
 };
 pub use verification::{Finding, Verdict};

@@ -11,6 +11,8 @@ pub enum Outcome {
     Completed,
     /// The body carries no more: it broke in a load step, and what is left of it has no equilibrium under the loads.
     Broke(Break),
+    /// Bonds broke in a load step, and then the solver found no equilibrium of what is left, nor that it has none.
+    NotConverged(Break),
 }
 
 /// A load step in which a body broke.
@@ -41,20 +43,27 @@ pub enum Collapse {
     Yields,
     /// Bonds go on breaking.
     KeepsBreaking,
+    /// Nothing: the solver did not converge.
+    Unsolved,
 }
 
 impl Outcome {
     /// In words: "broke between load factors 0.12 and 0.19: …"; of a completed run `None`.
     pub fn words(&self) -> Option<String> {
-        let Outcome::Broke(b) = self else { return None };
+        let (b, verb) = match self {
+            Outcome::Completed => return None,
+            Outcome::Broke(b) => (b, "broke"),
+            Outcome::NotConverged(b) => (b, "broke, or was not solved,"),
+        };
         let how = match b.how {
             Collapse::Apart => "the loads move a part that nothing holds any more",
             Collapse::Yields => "what is left hangs together, but gives way without end",
             Collapse::KeepsBreaking => "bonds go on breaking",
+            Collapse::Unsolved => "then the solver did not converge; it may hang by a thread",
         };
         let what = if b.what.is_empty() { String::new() } else { format!(" ({})", b.what) };
         Some(format!(
-            "broke between load factors {:.4} (the last equilibrium) and {:.4}, where {} bonds broke in {} equilibria: {how}{what}",
+            "{verb} between load factors {:.4} (the last equilibrium) and {:.4}, where {} bonds broke in {} equilibria: {how}{what}",
             b.load_factor, b.not_reached, b.broken_bonds, b.equilibria
         ))
     }

@@ -3,7 +3,7 @@
 use super::statics::Step;
 use super::{Simulation, Stage};
 use crate::Result;
-use crate::experiment::outcome::{Break, Outcome, StepLook};
+use crate::experiment::outcome::{Break, Collapse, Outcome, StepLook};
 use crate::operator::VectorField;
 use crate::operator::grid::KeptBonds;
 
@@ -43,6 +43,7 @@ impl Simulation {
         self.ledger.external += settled.account.external;
         self.ledger.damping += settled.account.released;
         self.crack.look(&self.bonds, self.time(), self.ledger.fracture);
+        self.look_for_overlap();
         Ok(())
     }
 
@@ -52,7 +53,11 @@ impl Simulation {
         self.crack.look(&self.bonds, not_reached, self.ledger.fracture + step.failure.energy);
         self.broken = Some(BrokenState { bonds: self.bonds.kept(), displacement: step.displacement });
         let broken_bonds = step.failure.broken as u64;
-        self.outcome = Outcome::Broke(Break { load_factor, not_reached, how, what, equilibria, broken_bonds });
+        let end = Break { load_factor, not_reached, how, what, equilibria, broken_bonds };
+        self.outcome = match how {
+            Collapse::Unsolved => Outcome::NotConverged(end),
+            _ => Outcome::Broke(end),
+        };
         self.bonds.put_back(whole);
     }
 

@@ -10,6 +10,8 @@ mod load_step;
 mod loading;
 mod measure;
 mod motion;
+mod overlap;
+mod resolution;
 mod saved;
 mod statics;
 
@@ -24,6 +26,7 @@ pub use self::ledger::Ledger;
 use self::load_step::BrokenState;
 use self::loading::Loading;
 use self::motion::{Motion, Pass};
+pub use self::overlap::{Between, Overlap};
 pub use self::saved::SavedState;
 pub use self::statics::StaticEvidence;
 use self::statics::Statics;
@@ -81,6 +84,7 @@ pub struct Simulation {
     ledger: Ledger,
     crack: CrackFront,
     outcome: Outcome,
+    overlap: Option<Overlap>,
     broken: Option<BrokenState>,
     warnings: Vec<String>,
 }
@@ -100,6 +104,8 @@ struct About {
     damping_ahead: f64,
     fracture_ahead: f64,
     softened: usize,
+    #[serde(default)]
+    overlap: Option<Overlap>,
 }
 
 impl Simulation {
@@ -123,7 +129,12 @@ impl Simulation {
         let unstable = unstable.map(|r| format!("region {}: some wave of its grid has no positive energy", r.name));
         let fracture = regions.iter().filter_map(RegionEvidence::fracture_warning);
         let mut simulation = Simulation {
-            warnings: warnings.chain(unstable).chain(fracture).collect(),
+            warnings: warnings
+                .chain(unstable)
+                .chain(fracture)
+                .chain(problem.coarse())
+                .chain(resolution::parts(&bonds))
+                .collect(),
             bond_count: bonds.grid().unbroken() as u64,
             u: bonds.grid().padded(),
             crack: CrackFront::new(&problem, &bonds),
@@ -132,6 +143,7 @@ impl Simulation {
             steps: 1,
             ledger: Ledger::default(),
             outcome: Outcome::Completed,
+            overlap: None,
             broken: None,
             problem,
             regions,
@@ -238,8 +250,15 @@ impl Simulation {
         self.check_numbers()?;
         if next.is_multiple_of((self.steps / LOOKS).max(1)) || next == self.steps {
             self.crack.look(&self.bonds, self.time(), self.ledger.fracture);
+            self.look_for_overlap();
         }
         Ok(())
+    }
+
+    /// Note how far parts lie in each other now.
+    fn look_for_overlap(&mut self) {
+        let now = (self.time(), self.is_motion());
+        self.overlap = overlap::look(&self.problem, &self.bonds, &self.u, now, self.overlap.take());
     }
 
     /// Bring the ledger to the moment of the displacements.
@@ -301,7 +320,7 @@ impl Simulation {
     pub fn time(&self) -> f64 {
         match (&self.stage, &self.outcome) {
             (Stage::Motion { evidence, .. }, _) => self.step as f64 * evidence.step,
-            (_, Outcome::Broke(b)) if self.broken.is_none() => b.not_reached,
+            (_, Outcome::Broke(b) | Outcome::NotConverged(b)) if self.broken.is_none() => b.not_reached,
             _ => self.load_factor(),
         }
     }
@@ -346,9 +365,17 @@ impl Simulation {
         &self.warnings
     }
 
-    /// A warning where the energy does not balance.
-    pub fn drift_warning(&self) -> Option<String> {
-        drift_warning(&self.ledger, self.is_motion())
+    /// The deepest that parts of the body have gone through each other; `None` where none was seen.
+    pub fn overlap(&self) -> Option<&Overlap> {
+        self.overlap.as_ref()
+    }
+
+    /// What a user should know of this run, after it.
+    pub fn late_warnings(&self) -> Vec<String> {
+        let broke = self.outcome.words().map(|words| format!("the body {words}"));
+        let spacing = self.problem.body.grid.spacing;
+        let overlap = self.overlap.as_ref().map(|o| o.warning(spacing, self.is_motion()));
+        broke.into_iter().chain(overlap).chain(drift_warning(&self.ledger, self.is_motion())).collect()
     }
 
     /// The time step; `None` in equilibrium.
@@ -383,6 +410,7 @@ impl Simulation {
             damping_ahead: 0.0,
             fracture_ahead: 0.0,
             softened: softened.len(),
+            overlap: self.overlap.clone(),
         };
         let names = ["x", "y", "z"];
         let mut keep = |prefix: &str, field: VectorField| {
@@ -430,6 +458,7 @@ impl Simulation {
         let softened = state.take_words("softened", about.softened)?;
         self.bonds.restore(&bits, &softened, &state.take_numbers("largest_stretch", about.softened)?)?;
         self.step = about.step;
+        self.overlap = about.overlap;
         self.ledger = about.ledger;
         Ok(())
     }

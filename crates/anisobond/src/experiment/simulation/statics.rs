@@ -134,13 +134,20 @@ impl Statics {
                 unheld = Some(why);
                 return Ok(None);
             }
-            let (u, report) = match problem.kinematics {
-                Kinematics::Linear => equilibrium.solve(&loads.now, from.clone(), &self.stopping)?,
+            let solved = |equilibrium: &Equilibrium| match problem.kinematics {
+                Kinematics::Linear => equilibrium.solve(&loads.now, from.clone(), &self.stopping),
                 Kinematics::Finite => {
                     let forces = |u: &VectorField, f: &mut VectorField| bonds.forces_of(u, Kinematics::Finite, f);
-                    equilibrium.solve_nonlinear(&forces, &loads.now, from.clone(), &self.stopping)?
+                    equilibrium.solve_nonlinear(&forces, &loads.now, from.clone(), &self.stopping)
                 }
             };
+            let (mut u, mut report) = solved(&equilibrium)?;
+            if !report.converged() && report.ending != Ending::Stopped && within.get().broken > 0 {
+                // What was set up before bonds broke may not suit what is left.
+                let anew = Arc::new(Prepared::new(bonds, &supports, self.method));
+                (u, report) = solved(&Equilibrium::prepared(bonds, &supports, anew.clone()).seen_by(&seen))?;
+                prepared = Some(anew);
+            }
             if !report.converged() {
                 return Ok(Some((u, report)));
             }
@@ -174,13 +181,18 @@ impl Statics {
                 Err(Error::Interrupted { message: "equilibrium was not found yet".into() })
             }
             Settled { ended: SettlingEnd::Unheld, .. } => match unheld {
-                Some(Error::Input { problem, .. }) if failed => broke(Collapse::Apart, problem),
+                Some(Error::Input { problem, .. }) if failed => {
+                    let what = problem.split_once(": ").map_or(problem.as_str(), |(_, modes)| modes);
+                    broke(Collapse::Apart, what.to_string())
+                }
                 why => Err(why.unwrap_or_else(|| not_found(&settled))),
             },
             Settled { ended: SettlingEnd::NotConverged, .. } => {
-                match failed && work > 0.0 && work_of(&loads.now, &displacement) > YIELDS * work {
-                    true => broke(Collapse::Yields, String::new()),
-                    false => Err(not_found(&settled)),
+                let yields = work > 0.0 && work_of(&loads.now, &displacement) > YIELDS * work;
+                match (failed && yields, failure.changed > 0) {
+                    (true, _) => broke(Collapse::Yields, String::new()),
+                    (false, true) => broke(Collapse::Unsolved, not_found(&settled).to_string()),
+                    (false, false) => Err(not_found(&settled)),
                 }
             }
         }?;

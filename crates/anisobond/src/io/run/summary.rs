@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::experiment::{
-    CellState, CrackPath, Leavers, Ledger, Outcome, PackingEvidence, PackingSimulation, Peak, RegionEvidence,
+    CellState, CrackPath, Leavers, Ledger, Outcome, Overlap, PackingEvidence, PackingSimulation, Peak, RegionEvidence,
     Simulation, StaticEvidence, StepEvidence,
 };
 use crate::solver::SolverReport;
@@ -41,6 +41,9 @@ pub struct RunSummary {
     pub largest_damage: f64,
     /// Cracks that have grown, the longest first, ten at most.
     pub cracks: Vec<CrackPath>,
+    /// The deepest that parts of a body on a grid lay in each other; `None` where none did.
+    #[serde(default)]
+    pub overlap: Option<Overlap>,
     /// What a packing's run has besides; `None` of a grid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub packing: Option<PackingSummary>,
@@ -88,6 +91,7 @@ impl RunSummary {
             relative_drift: energy.relative_drift(),
             largest_damage: simulation.largest_damage(),
             cracks: Vec::new(),
+            overlap: None,
             packing: Some(PackingSummary {
                 lattice: simulation.problem().evidence.clone(),
                 floaters: simulation.floaters().len(),
@@ -106,8 +110,7 @@ impl RunSummary {
     pub(super) fn of_grid(simulation: &Simulation, seconds: f64, mut warnings: Vec<String>) -> Self {
         let energy = *simulation.ledger();
         let relative_drift = energy.relative_drift();
-        warnings.extend(simulation.drift_warning());
-        warnings.extend(simulation.outcome().words().map(|words| format!("the body {words}")));
+        warnings.extend(simulation.late_warnings());
         RunSummary {
             case: simulation.problem().name.clone(),
             nodes: simulation.problem().body.nodes(),
@@ -122,6 +125,7 @@ impl RunSummary {
             relative_drift,
             largest_damage: simulation.largest_damage(),
             cracks: simulation.cracks().into_iter().take(MOST_CRACKS).collect(),
+            overlap: simulation.overlap().cloned(),
             packing: None,
             seconds,
             warnings,
