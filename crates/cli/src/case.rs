@@ -25,8 +25,9 @@ pub fn checked(case: &CaseFile) -> Result<(serde_json::Value, String)> {
     let (plan, cost, words) = match case.lattice() {
         LatticeKind::Grid => {
             let problem = case.problem()?;
-            let plan = case.plan(&problem);
-            (json(&plan)?, RunCost::of(&problem)?, describe(&plan, case.description()))
+            let (cost, warnings) = RunCost::with_warnings(&problem)?;
+            let plan = CasePlan { warnings, ..case.plan(&problem) };
+            (json(&plan)?, cost, describe(&plan, case.description()))
         }
         LatticeKind::Packing => {
             let problem = case.packing_problem()?;
@@ -119,6 +120,7 @@ fn describe(plan: &CasePlan, description: &str) -> String {
         let breaks = if r.breaks { "" } else { ", bonds do not break" };
         out += &format!("  {:24}{:>12}{volume:>14}{density:>14}  {c} {unit}{breaks}\n", r.name, r.nodes);
     }
+    plan.warnings.iter().for_each(|warning| out += &format!("warning           {warning}\n"));
     out + &describe_conditions(&plan.conditions, &plan.probes, "nodes")
 }
 

@@ -33,8 +33,7 @@ pub fn run(args: &args::Run) -> Result<Ending> {
 fn show(bar: &ProgressBar, p: &RunProgress) {
     bar.set_length(p.steps[1]);
     bar.set_position(p.steps[0]);
-    let broken = if p.broken > 0 { format!(", {} bonds broken", p.broken) } else { String::new() };
-    bar.set_message(format!("{:.1} steps/s, {:.2e} bonds/s{broken}", p.steps_per_second, p.bonds_per_second));
+    bar.set_message(p.words());
 }
 
 /// The result in words.
@@ -42,6 +41,7 @@ pub fn describe(s: &RunSummary, folder: &str) -> String {
     let n = text::number;
     let what = if s.packing.is_some() { "spheres" } else { "nodes" };
     let mut out = format!("{}: {} {what}, {} bonds\n", s.case, s.nodes, s.bonds);
+    out += &s.outcome.words().map_or_else(String::new, |words| format!("outcome           {words}\n"));
     if let Some(step) = &s.time_step {
         out += &format!(
             "motion            {} steps of {} s (stable {} s) to {} s\n",

@@ -181,9 +181,7 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> anisobond::Result<()> {
 }
 
 fn beat(p: &RunProgress) -> Beat {
-    let broken = if p.broken > 0 { format!(", {} bonds broken", p.broken) } else { String::new() };
-    let message = format!("{:.1} steps/s, {:.2e} bonds/s{broken}", p.steps_per_second, p.bonds_per_second);
-    Beat { steps: p.steps, message }
+    Beat { steps: p.steps, message: p.words() }
 }
 
 /// Run a case into a folder, as `anisobond run`: a `Case`, the path of a case file, or its text.

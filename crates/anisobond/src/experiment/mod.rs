@@ -8,6 +8,7 @@ mod corrected;
 pub mod element_test;
 mod grid_study;
 mod lattice_study;
+mod outcome;
 mod packing_simulation;
 pub mod particles;
 pub mod prakash;
@@ -23,6 +24,7 @@ pub use corrected::{
 };
 pub use grid_study::GridStudy;
 pub use lattice_study::{CorrectionChoice, LatticePlan, LatticeStudy, anisotropy_axis, turned_to_axis};
+pub use outcome::{Break, Collapse, Outcome, StepLook, WithinStep};
 pub use packing_simulation::{
     CellDrive, CellState, Leavers, PackingEvidence, PackingProblem, PackingSimulation, Peak, ServoPlan,
 };
@@ -31,7 +33,7 @@ pub use problem::{
     Schedule, Slice, Softening,
 };
 pub use simulation::{
-    CrackPath, CrackPoint, CrackTip, Ledger, RegionEvidence, RunCost, SavedState, Simulation, StaticEvidence,
-    StepEvidence, TipPoint,
+    Between, CrackPath, CrackPoint, CrackTip, Ledger, Overlap, RegionEvidence, RunCost, SavedState, Simulation,
+    StaticEvidence, StepEvidence, TipPoint,
 };
 pub use verification::{Finding, Verdict};

@@ -6,7 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::preconditioner::BlockJacobi;
-use super::watch::Watch;
+use super::watch::{Look, Watch};
 use crate::operator::{BondList, Field, NodeField};
 
 /// A direction p of no more energy than this part of p·Mp is a free motion.
@@ -74,9 +74,6 @@ pub fn conjugate_gradients<const L: usize>(
 /// [`conjugate_gradients`] under a watch. Told to stop, the solve ends where it is; the report says that it has not
 /// converged. `least` is the r·M⁻¹r of every load case that is rounding: below it a residual counts as zero, however small
 /// the right-hand side.
-///
-/// The same code is compiled for wider vectors where the processor has them; without fused multiply-add, so that the
-/// bits do not depend on the processor.
 pub fn conjugate_gradients_watched<const L: usize>(
     list: &BondList,
     preconditioner: &BlockJacobi,
@@ -85,18 +82,39 @@ pub fn conjugate_gradients_watched<const L: usize>(
     stopping: &Stopping,
     watch: &Watch,
 ) -> (Field<L>, SolverReport) {
+    let look = |iterations: usize, _: f64| {
+        if iterations > 0 {
+            watch.count();
+        }
+        !watch.stopped()
+    };
+    conjugate_gradients_seen(list, preconditioner, b, least, stopping, &look)
+}
+
+/// [`conjugate_gradients_watched`], seen at every iteration by whoever may end it.
+///
+/// The same code is compiled for wider vectors where the processor has them; without fused multiply-add, so that the
+/// bits do not depend on the processor.
+pub fn conjugate_gradients_seen<const L: usize>(
+    list: &BondList,
+    preconditioner: &BlockJacobi,
+    b: &[NodeField<L>],
+    least: &[f64; L],
+    stopping: &Stopping,
+    look: Look,
+) -> (Field<L>, SolverReport) {
     #[cfg(target_arch = "x86_64")]
     {
         if is_x86_feature_detected!("avx512f") {
             // SAFETY: the processor has the features that the function was compiled for.
-            return unsafe { with_avx512(list, preconditioner, b, least, stopping, watch) };
+            return unsafe { with_avx512(list, preconditioner, b, least, stopping, look) };
         }
         if is_x86_feature_detected!("avx2") {
             // SAFETY: as above.
-            return unsafe { with_avx2(list, preconditioner, b, least, stopping, watch) };
+            return unsafe { with_avx2(list, preconditioner, b, least, stopping, look) };
         }
     }
-    iterate(list, preconditioner, b, least, stopping, watch)
+    iterate(list, preconditioner, b, least, stopping, look)
 }
 
 /// [`iterate`] with 512-bit vectors.
@@ -108,9 +126,9 @@ fn with_avx512<const L: usize>(
     b: &[NodeField<L>],
     least: &[f64; L],
     stopping: &Stopping,
-    watch: &Watch,
+    look: Look,
 ) -> (Field<L>, SolverReport) {
-    iterate(list, preconditioner, b, least, stopping, watch)
+    iterate(list, preconditioner, b, least, stopping, look)
 }
 
 /// [`iterate`] with 256-bit vectors.
@@ -122,9 +140,9 @@ fn with_avx2<const L: usize>(
     b: &[NodeField<L>],
     least: &[f64; L],
     stopping: &Stopping,
-    watch: &Watch,
+    look: Look,
 ) -> (Field<L>, SolverReport) {
-    iterate(list, preconditioner, b, least, stopping, watch)
+    iterate(list, preconditioner, b, least, stopping, look)
 }
 
 /// The method.
@@ -135,7 +153,7 @@ fn iterate<const L: usize>(
     b: &[NodeField<L>],
     least: &[f64; L],
     stopping: &Stopping,
-    watch: &Watch,
+    look: Look,
 ) -> (Field<L>, SolverReport) {
     let mut x = list.zeros();
     let mut r = b.to_vec();
@@ -148,11 +166,11 @@ fn iterate<const L: usize>(
     // p·Mp: r ⟂ p makes it the sum of its parts.
     let mut size = start;
     let mut negative_curvature = preconditioner.indefinite();
-    let (mut iterations, mut idle) = (0, false);
+    let (mut iterations, mut idle, mut goes_on) = (0, false, look(0, 1.0));
     while active(&rz, &start, least, stopping)
         && iterations < stopping.most_iterations
         && !negative_curvature
-        && !watch.stopped()
+        && goes_on
     {
         list.apply(&p, &mut q);
         let energy = dot(&p, &q);
@@ -170,7 +188,7 @@ fn iterate<const L: usize>(
         size = std::array::from_fn(|l| rz_next[l] + beta[l] * beta[l] * size[l]);
         rz = rz_next;
         iterations += 1;
-        watch.count();
+        goes_on = look(iterations, relative(&rz, &start, least).into_iter().fold(0.0, f64::max));
     }
     let residual = relative(&rz, &start, least).into_iter().fold(0.0, f64::max);
     let accepted = if idle { stopping.tolerance.max(ROUNDING) } else { stopping.tolerance };

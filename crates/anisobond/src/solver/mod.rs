@@ -7,7 +7,9 @@ pub mod particles;
 mod preconditioner;
 mod watch;
 
-pub use conjugate_gradients::{SolverReport, Stopping, conjugate_gradients, conjugate_gradients_watched};
+pub use conjugate_gradients::{
+    SolverReport, Stopping, conjugate_gradients, conjugate_gradients_seen, conjugate_gradients_watched,
+};
 pub use motion::{Kick, stable_step};
 pub use preconditioner::BlockJacobi;
-pub use watch::Watch;
+pub use watch::{Look, Watch};

@@ -5,6 +5,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::{Error, Result};
 
+/// Sees a solve after each of its iterations, with how many are done and the relative residual, and says whether to go on.
+/// Before the first it is asked with 0. Nothing of this changes a result.
+pub type Look<'a> = &'a dyn Fn(usize, f64) -> bool;
+
 /// Shared by long work and whoever waits for it, in an [`Arc`]. The work counts its iterations here and says where it is;
 /// told to stop, it ends within an iteration and returns [`Error::Interrupted`]. Nothing of this changes a result.
 #[derive(Debug, Default)]

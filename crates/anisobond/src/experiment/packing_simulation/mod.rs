@@ -15,6 +15,7 @@ use self::loose::Joined;
 pub use self::problem::{CellDrive, CellState, Leavers, PackingEvidence, PackingProblem, Peak, ServoPlan};
 use self::statics::{Rest, settled};
 use super::checked::Checked;
+use super::outcome::StepLook;
 use super::particles::{MotionPlan, ParticleMotion, checked_step};
 use super::problem::Schedule;
 use super::simulation::{Ledger, StepEvidence};
@@ -85,9 +86,17 @@ impl PackingSimulation {
     /// # Errors
     /// A sphere that is thrown out; an equilibrium that is not found.
     pub fn advance(&mut self) -> Result<()> {
+        self.advance_seen(&|_| true)
+    }
+
+    /// The same; a load step is seen while it goes on.
+    ///
+    /// # Errors
+    /// As [`PackingSimulation::advance`], and [`Error::Interrupted`] where `look` ends it; the state is then that before the step.
+    pub fn advance_seen(&mut self, look: StepLook) -> Result<()> {
         let (problem, loading) = (&self.problem, &self.loading);
         match &mut self.stage {
-            Stage::Equilibrium(rest) => rest.advance(problem, loading, &self.joined),
+            Stage::Equilibrium(rest) => rest.advance(problem, loading, &self.joined, look),
             Stage::Motion { motion, steps } => {
                 let now = motion.time();
                 if let (Some(servo), Some(plan)) = (motion.servo_mut(), &problem.servo) {
@@ -277,7 +286,7 @@ impl ServoPlan {
 fn motion(problem: &PackingProblem, loading: &Loading, joined: &Joined) -> Result<ParticleMotion> {
     let mut particles = Particles::new(problem.model.clone())?;
     if let Schedule::Motion { from_equilibrium: true, .. } = problem.schedule {
-        let start = settled(problem, loading, joined, 0.0).map_err(|e| e.at("equilibrium at the start"))?;
+        let start = settled(problem, loading, joined, 0.0, &|_| true).map_err(|e| e.at("equilibrium at the start"))?;
         for (sphere, (u, theta)) in start.displacement.iter().zip(&start.rotation).enumerate() {
             particles.move_by(sphere, u);
             particles.turn_by(sphere, theta);

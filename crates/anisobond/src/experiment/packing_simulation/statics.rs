@@ -5,11 +5,12 @@ use nalgebra::Vector3;
 use super::loading::Loading;
 use super::loose::Joined;
 use super::problem::PackingProblem;
+use crate::experiment::outcome::{StepLook, WithinStep};
 use crate::experiment::problem::Schedule;
 use crate::experiment::simulation::Ledger;
 use crate::operator::Kinematics;
 use crate::operator::particles::{Particles, Sums};
-use crate::solver::particles::{Equilibrium, equilibrium};
+use crate::solver::particles::{Equilibrium, equilibrium_seen};
 use crate::solver::{SolverReport, Stopping};
 use crate::{Error, Result};
 
@@ -77,11 +78,17 @@ impl Rest {
     /// The next load step.
     ///
     /// # Errors
-    /// An equilibrium that is not found.
-    pub(super) fn advance(&mut self, problem: &PackingProblem, loading: &Loading, joined: &Joined) -> Result<()> {
+    /// An equilibrium that is not found; interruption, with nothing done.
+    pub(super) fn advance(
+        &mut self,
+        problem: &PackingProblem,
+        loading: &Loading,
+        joined: &Joined,
+        look: StepLook,
+    ) -> Result<()> {
         let factor = (self.step + 1) as f64 / self.steps as f64;
         let place = format!("load step {} of {}", self.step + 1, self.steps);
-        let settled = settled(problem, loading, joined, factor).map_err(|e| e.at(place))?;
+        let settled = settled(problem, loading, joined, factor, look).map_err(|e| e.at(place))?;
         let mut force = settled.reaction.clone();
         for load in loading.loads(factor) {
             force[load.sphere as usize][0] += load.force;
@@ -109,12 +116,20 @@ impl Rest {
 /// Equilibrium at a load factor, or at a time (s).
 ///
 /// # Errors
-/// As [`equilibrium`].
-pub(super) fn settled(problem: &PackingProblem, loading: &Loading, joined: &Joined, at: f64) -> Result<Equilibrium> {
+/// As [`equilibrium_seen`].
+pub(super) fn settled(
+    problem: &PackingProblem,
+    loading: &Loading,
+    joined: &Joined,
+    at: f64,
+    look: StepLook,
+) -> Result<Equilibrium> {
     let tolerance = match problem.schedule {
         Schedule::Equilibrium { tolerance, .. } => tolerance,
         Schedule::Motion { .. } => START_TOLERANCE,
     };
     let stopping = Stopping { tolerance, most_iterations: MOST_ITERATIONS };
-    equilibrium(&problem.model, &loading.supports(at, &joined.floaters), &loading.loads(at), &stopping)
+    let seen = |iterations, residual| look(&WithinStep { iterations, residual, ..WithinStep::default() });
+    let supports = loading.supports(at, &joined.floaters);
+    equilibrium_seen(&problem.model, &supports, &loading.loads(at), &stopping, &seen)
 }

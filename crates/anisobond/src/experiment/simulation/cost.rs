@@ -6,9 +6,11 @@ use serde::Serialize;
 
 use super::loading::Loading;
 use super::motion::Motion;
+use super::resolution::parts;
 use super::{assemble, damping_of, time_step};
 use crate::Result;
 use crate::experiment::problem::{Problem, Schedule};
+use crate::operator::grid::FailingBonds;
 use crate::operator::{GridOperator, VectorField};
 
 /// Passes that are timed, and others before them.
@@ -39,8 +41,22 @@ impl RunCost {
     /// What would keep the problem from being run: what [`Problem::checked`] refuses, materials that cannot be calibrated,
     /// conditions that contradict each other, a step above the stable one.
     pub fn of(problem: &Problem) -> Result<Self> {
+        RunCost::with_warnings(problem).map(|(cost, _)| cost)
+    }
+
+    /// The same, with what a user should know of the problem before it is run: parts that nothing joins, dimensions that too few
+    /// nodes resolve.
+    ///
+    /// # Errors
+    /// As [`RunCost::of`].
+    pub fn with_warnings(problem: &Problem) -> Result<(Self, Vec<String>)> {
         problem.check()?;
         let (mut bonds, _) = assemble::bonds(problem)?;
+        let warnings = [problem.coarse(), parts(&bonds)].concat();
+        Ok((RunCost::timed(problem, &mut bonds)?, warnings))
+    }
+
+    fn timed(problem: &Problem, bonds: &mut FailingBonds) -> Result<Self> {
         let loading = Loading::new(problem)?;
         let still = VectorField::zeros(problem.body.grid.len());
         match problem.schedule {
@@ -50,7 +66,7 @@ impl RunCost {
                 let mut u = bonds.grid().padded();
                 let seconds = per_pass(|| {
                     motion.drift(&mut u);
-                    motion.kick(problem, &loading, &mut bonds, &u, (0.0, evidence.step), false)?;
+                    motion.kick(problem, &loading, bonds, &u, (0.0, evidence.step), false)?;
                     Ok(())
                 })?;
                 let steps = evidence.steps_in(duration);

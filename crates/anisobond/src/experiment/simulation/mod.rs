@@ -6,9 +6,12 @@ mod crack;
 mod crack_path;
 mod crack_tips;
 mod ledger;
+mod load_step;
 mod loading;
 mod measure;
 mod motion;
+mod overlap;
+mod resolution;
 mod saved;
 mod statics;
 
@@ -20,14 +23,17 @@ use self::crack::CrackFront;
 pub use self::crack_path::{CrackPath, CrackPoint};
 pub use self::crack_tips::{CrackTip, TipPoint};
 pub use self::ledger::Ledger;
+use self::load_step::BrokenState;
 use self::loading::Loading;
 use self::motion::{Motion, Pass};
+pub use self::overlap::{Between, Overlap};
 pub use self::saved::SavedState;
 pub use self::statics::StaticEvidence;
 use self::statics::Statics;
 use super::checked::Checked;
+use super::outcome::{Outcome, StepLook};
 use super::problem::{Problem, Schedule};
-use crate::calibration::{Evidence, Outcome};
+use crate::calibration::{Evidence, Outcome as CalibrationOutcome};
 use crate::operator::grid::{FailingBonds, GridBonds, Padded};
 use crate::operator::{Kinematics, VectorField};
 use crate::solver::Stopping;
@@ -79,6 +85,9 @@ pub struct Simulation {
     steps: u64,
     ledger: Ledger,
     crack: CrackFront,
+    outcome: Outcome,
+    overlap: Option<Overlap>,
+    broken: Option<BrokenState>,
     warnings: Vec<String>,
 }
 
@@ -97,6 +106,8 @@ struct About {
     damping_ahead: f64,
     fracture_ahead: f64,
     softened: usize,
+    #[serde(default)]
+    overlap: Option<Overlap>,
 }
 
 impl Simulation {
@@ -124,11 +135,18 @@ impl Simulation {
                 r.name, r.stability.margin
             )
         });
-        let ended = regions.iter().filter(|r| r.outcome == Outcome::NotConverged);
+        let ended = regions.iter().filter(|r| r.outcome == CalibrationOutcome::NotConverged);
         let ended = ended.map(|r| format!("region {}: the calibration of its bonds did not converge", r.name));
         let fracture = regions.iter().filter_map(RegionEvidence::fracture_warning);
         let mut simulation = Simulation {
-            warnings: warnings.chain(unstable).chain(sampled).chain(ended).chain(fracture).collect(),
+            warnings: warnings
+                .chain(unstable)
+                .chain(sampled)
+                .chain(ended)
+                .chain(fracture)
+                .chain(problem.coarse())
+                .chain(resolution::parts(&bonds))
+                .collect(),
             bond_count: bonds.grid().unbroken() as u64,
             u: bonds.grid().padded(),
             crack: CrackFront::new(&problem, &bonds),
@@ -136,6 +154,9 @@ impl Simulation {
             step: 0,
             steps: 1,
             ledger: Ledger::default(),
+            outcome: Outcome::Completed,
+            overlap: None,
+            broken: None,
             problem,
             regions,
             bonds,
@@ -177,8 +198,14 @@ impl Simulation {
         let statics = statics_of(&self.problem.schedule);
         let start = VectorField::zeros(self.problem.body.grid.len());
         let settled = statics
-            .settle(&self.problem, &self.loading, &mut self.bonds, start, (None, 0.0))
+            .settle(&self.problem, &self.loading, &mut self.bonds, start, (None, 0.0), false, &|_| true)
             .map_err(|e| e.at("equilibrium at the start"))?;
+        if settled.broke.is_some() {
+            return Err(Error::input(
+                format!("the body breaks in its equilibrium at the start: {} bonds", settled.failure.broken),
+                "use smaller loads at time 0, or leave from_equilibrium out and let them grow",
+            ));
+        }
         self.u.set(&settled.displacement);
         self.ledger.broken_bonds += settled.failure.broken as u64;
         Ok(())
@@ -195,9 +222,17 @@ impl Simulation {
     /// Do one time step or one load step.
     ///
     /// # Errors
-    /// Numbers that are none; an equilibrium that is not found.
+    /// Numbers that are none; an equilibrium that is not found. That a body breaks is an [outcome](Simulation::outcome).
     pub fn advance(&mut self) -> Result<()> {
-        if self.is_motion() { self.advance_motion() } else { self.advance_equilibrium() }
+        self.advance_seen(&|_| true)
+    }
+
+    /// The same; a load step is seen while it goes on.
+    ///
+    /// # Errors
+    /// As [`Simulation::advance`], and [`Error::Interrupted`] where `look` ends it; the state is then that before the step.
+    pub fn advance_seen(&mut self, look: StepLook) -> Result<()> {
+        if self.is_motion() { self.advance_motion() } else { self.advance_equilibrium(look) }
     }
 
     fn advance_motion(&mut self) -> Result<()> {
@@ -218,8 +253,15 @@ impl Simulation {
         self.check_numbers()?;
         if next.is_multiple_of((self.steps / LOOKS).max(1)) || next == self.steps {
             self.crack.look(&self.bonds, self.time(), self.ledger.fracture);
+            self.look_for_overlap();
         }
         Ok(())
+    }
+
+    /// Note how far parts lie in each other now.
+    fn look_for_overlap(&mut self) {
+        let now = (self.time(), self.is_motion());
+        self.overlap = overlap::look(&self.problem, &self.bonds, &self.u, now, self.overlap.take());
     }
 
     /// Bring the ledger to the moment of the displacements.
@@ -261,28 +303,9 @@ impl Simulation {
         Err(Error::input(format!("the motion {what}{place} at t = {:.4e} s", self.time()), remedy))
     }
 
-    fn advance_equilibrium(&mut self) -> Result<()> {
-        let factor = (self.step + 1) as f64 / self.steps as f64;
-        let Stage::Equilibrium { statics, last } = &mut self.stage else { return Ok(()) };
-        let before = (self.step > 0).then(|| self.step as f64 / self.steps as f64);
-        let settled = statics
-            .settle(&self.problem, &self.loading, &mut self.bonds, self.u.get(), (before, factor))
-            .map_err(|e| e.at(format!("load step {} of {}", self.step + 1, self.steps)))?;
-        *last = Some(settled.evidence);
-        self.u.set(&settled.displacement);
-        self.step += 1;
-        self.ledger.strain = self.bonds.energy(&self.u, self.problem.kinematics)?;
-        self.ledger.fracture += settled.failure.energy;
-        self.ledger.broken_bonds += settled.failure.broken as u64;
-        self.ledger.external += settled.account.external;
-        self.ledger.damping += settled.account.released;
-        self.crack.look(&self.bonds, self.time(), self.ledger.fracture);
-        Ok(())
-    }
-
-    /// Whether the last step is done.
+    /// Whether the last step is done, or the body broke.
     pub fn finished(&self) -> bool {
-        self.step >= self.steps
+        self.step >= self.steps || self.outcome != Outcome::Completed
     }
 
     /// Steps done.
@@ -295,12 +318,19 @@ impl Simulation {
         self.steps
     }
 
-    /// Time (s) in motion, load factor (–) in equilibrium.
+    /// Time (s) in motion, load factor (–) in equilibrium; where the last state of a body that broke is
+    /// [shown](Simulation::show_broken), the load factor at which it broke.
     pub fn time(&self) -> f64 {
-        match &self.stage {
-            Stage::Motion { evidence, .. } => self.step as f64 * evidence.step,
-            Stage::Equilibrium { .. } => self.step as f64 / self.steps as f64,
+        match (&self.stage, &self.outcome) {
+            (Stage::Motion { evidence, .. }, _) => self.step as f64 * evidence.step,
+            (_, Outcome::Broke(b) | Outcome::NotConverged(b)) if self.broken.is_none() => b.not_reached,
+            _ => self.load_factor(),
         }
+    }
+
+    /// Time (s), or load factor of the last equilibrium (–).
+    pub fn reached(&self) -> f64 {
+        if self.is_motion() { self.time() } else { self.load_factor() }
     }
 
     /// Whether the body moves.
@@ -338,9 +368,17 @@ impl Simulation {
         &self.warnings
     }
 
-    /// A warning where the energy does not balance.
-    pub fn drift_warning(&self) -> Option<String> {
-        drift_warning(&self.ledger, self.is_motion())
+    /// The deepest that parts of the body have gone through each other; `None` where none was seen.
+    pub fn overlap(&self) -> Option<&Overlap> {
+        self.overlap.as_ref()
+    }
+
+    /// What a user should know of this run, after it.
+    pub fn late_warnings(&self) -> Vec<String> {
+        let broke = self.outcome.words().map(|words| format!("the body {words}"));
+        let spacing = self.problem.body.grid.spacing;
+        let overlap = self.overlap.as_ref().map(|o| o.warning(spacing, self.is_motion()));
+        broke.into_iter().chain(overlap).chain(drift_warning(&self.ledger, self.is_motion())).collect()
     }
 
     /// The time step; `None` in equilibrium.
@@ -375,6 +413,7 @@ impl Simulation {
             damping_ahead: 0.0,
             fracture_ahead: 0.0,
             softened: softened.len(),
+            overlap: self.overlap.clone(),
         };
         let names = ["x", "y", "z"];
         let mut keep = |prefix: &str, field: VectorField| {
@@ -422,6 +461,7 @@ impl Simulation {
         let softened = state.take_words("softened", about.softened)?;
         self.bonds.restore(&bits, &softened, &state.take_numbers("largest_stretch", about.softened)?)?;
         self.step = about.step;
+        self.overlap = about.overlap;
         self.ledger = about.ledger;
         Ok(())
     }

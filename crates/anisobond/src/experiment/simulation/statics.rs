@@ -1,15 +1,19 @@
 //! Equilibrium under loads that grow, bonds failing on the way.
 
+use std::cell::Cell;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
 use super::loading::Loading;
+use crate::experiment::outcome::{Collapse, StepLook, WithinStep};
 use crate::experiment::problem::Problem;
 use crate::operator::grid::{FailingBonds, Failure};
 use crate::operator::{Kinematics, VectorField};
 use crate::solver::Stopping;
-use crate::solver::grid::{Equilibrium, FreeModes, GridSolverReport, Method, Prepared, Settled, Supports, settle};
+use crate::solver::grid::{
+    Ending, Equilibrium, FreeModes, GridSolverReport, Method, Prepared, Settled, SettlingEnd, Supports, settle,
+};
 use crate::{Error, Result};
 
 /// Iterations relative to those of the first solve with a preconditioner, above which it is set up anew.
@@ -17,6 +21,9 @@ const POOR: f64 = 1.5;
 
 /// Softening bonds are followed until no secant, relative to the undamaged one, would fall by more.
 const SETTLED: f64 = 1e-4;
+
+/// A body whose loads do so many times the work of the last equilibrium, and have not come to rest, carries them no more.
+const YIELDS: f64 = 100.0;
 
 /// How a load step ended.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -31,10 +38,14 @@ pub struct StaticEvidence {
 
 /// What one load step came to.
 pub(super) struct Step {
+    /// Of the last solve.
     pub(super) displacement: VectorField,
-    pub(super) evidence: StaticEvidence,
+    /// The equilibrium; `None` where the body broke.
+    pub(super) evidence: Option<StaticEvidence>,
     pub(super) failure: Failure,
     pub(super) account: Account,
+    /// How the body broke, what moves, and after how many equilibria.
+    pub(super) broke: Option<(Collapse, String, usize)>,
 }
 
 /// Energies (J) that a load step moved.
@@ -82,10 +93,11 @@ impl Statics {
 
     /// Equilibrium at a moment (time or load factor), from a start, which is the equilibrium at the moment `before` or, if that
     /// is `None`, a body that nothing has loaded yet; what is overstretched fails, and equilibrium is found again, until nothing
-    /// fails.
+    /// fails or the body, which has `lost` bonds before, carries no more.
     ///
     /// # Errors
-    /// Loads on a body that nothing holds; a solve that does not converge.
+    /// Loads on a body that nothing holds and that no bond has failed of; a solve that does not converge; interruption. Bonds that
+    /// failed until then are left broken.
     pub(super) fn settle(
         &self,
         problem: &Problem,
@@ -93,6 +105,8 @@ impl Statics {
         bonds: &mut FailingBonds,
         start: VectorField,
         (before, at): (Option<f64>, f64),
+        lost: bool,
+        look: StepLook,
     ) -> Result<Step> {
         let nodes = problem.body.grid.len();
         let factors = loading.at(at);
@@ -109,25 +123,37 @@ impl Statics {
         let mut prepared = None;
         let mut usual = 0;
         let (mut account, mut failure) = (Account::default(), Failure::default());
-        let solve = |bonds: &FailingBonds, start: VectorField| {
+        // What the loads do at an equilibrium, and what moves where nothing holds it.
+        let (mut work, mut unheld) = (work_of(&loads.before, &start), None);
+        let within = Cell::new(WithinStep::default());
+        let solve = |bonds: &FailingBonds, from: &VectorField| {
             let ready = prepared.get_or_insert_with(|| Arc::new(Prepared::new(bonds, &supports, self.method)));
-            let equilibrium = Equilibrium::prepared(bonds, &supports, ready.clone());
-            let from = start.clone();
-            let (u, report) = match problem.kinematics {
-                Kinematics::Linear => equilibrium.solve(&loads.now, start, &self.stopping)?,
+            let seen = |iterations, residual| look(&WithinStep { iterations, residual, ..within.get() });
+            let equilibrium = Equilibrium::prepared(bonds, &supports, ready.clone()).seen_by(&seen);
+            if let Err(why) = equilibrium.free_modes().require_balanced(bonds, &loads.now) {
+                unheld = Some(why);
+                return Ok(None);
+            }
+            let solved = |equilibrium: &Equilibrium| match problem.kinematics {
+                Kinematics::Linear => equilibrium.solve(&loads.now, from.clone(), &self.stopping),
                 Kinematics::Finite => {
                     let forces = |u: &VectorField, f: &mut VectorField| bonds.forces_of(u, Kinematics::Finite, f);
-                    equilibrium.solve_nonlinear(&forces, &loads.now, start, &self.stopping)?
+                    equilibrium.solve_nonlinear(&forces, &loads.now, from.clone(), &self.stopping)
                 }
             };
+            let (mut u, mut report) = solved(&equilibrium)?;
+            if !report.converged() && report.ending != Ending::Stopped && within.get().broken > 0 {
+                // What was set up before bonds broke may not suit what is left.
+                let anew = Arc::new(Prepared::new(bonds, &supports, self.method));
+                (u, report) = solved(&Equilibrium::prepared(bonds, &supports, anew.clone()).seen_by(&seen))?;
+                prepared = Some(anew);
+            }
             if !report.converged() {
-                return Err(Error::input(
-                    format!("equilibrium was not found: {:?} after {} iterations", report.ending, report.iterations),
-                    "use more load steps, a looser tolerance, or more supports",
-                ));
+                return Ok(Some((u, report)));
             }
             let first = usual == 0;
-            account.add(bonds, problem.kinematics, &loads, [&from, &u], first);
+            account.add(bonds, problem.kinematics, &loads, [from, &u], first);
+            work = work.max(work_of(&loads.now, &u));
             // From now on loads rest.
             if first {
                 loads.before.clone_from(&loads.now);
@@ -135,17 +161,73 @@ impl Statics {
             } else if report.iterations as f64 > POOR * usual as f64 {
                 prepared = None;
             }
-            Ok((u, report))
+            Ok(Some((u, report)))
         };
         let fail = |bonds: &mut FailingBonds, u: &VectorField| {
             let now = bonds.fail(u, problem.kinematics, SETTLED);
             failure += now;
+            let WithinStep { equilibria, broken, .. } = within.get();
+            let next = (equilibria + 1, broken + now.broken as u64);
+            within.set(WithinStep { equilibria: next.0, broken: next.1, ..WithinStep::default() });
             now.changed
         };
-        let (displacement, Settled { equilibria, report, .. }) = settle(bonds, start, solve, fail)?;
-        let evidence = StaticEvidence { equilibria, broken: failure.broken as u64, report };
-        Ok(Step { displacement, evidence, failure, account })
+        let (displacement, settled) = settle(bonds, start, solve, fail)?;
+        let failed = lost || failure.changed > 0;
+        let broke = |how, what| Ok(Some((how, what, settled.equilibria)));
+        let broke = match settled {
+            Settled { ended: SettlingEnd::AtRest, .. } => Ok(None),
+            Settled { ended: SettlingEnd::StillFailing, .. } => broke(Collapse::KeepsBreaking, String::new()),
+            Settled { report: Some(report), .. } if report.ending == Ending::Stopped => {
+                Err(Error::Interrupted { message: "equilibrium was not found yet".into() })
+            }
+            Settled { ended: SettlingEnd::Unheld, .. } => match unheld {
+                Some(Error::Input { problem, .. }) if failed => {
+                    let what = problem.split_once(": ").map_or(problem.as_str(), |(_, modes)| modes);
+                    broke(Collapse::Apart, what.to_string())
+                }
+                why => Err(why.unwrap_or_else(|| not_found(&settled))),
+            },
+            Settled { ended: SettlingEnd::NotConverged, .. } => {
+                let yields = work > 0.0 && work_of(&loads.now, &displacement) > YIELDS * work;
+                match (failed && yields, failure.changed > 0) {
+                    (true, _) => broke(Collapse::Yields, String::new()),
+                    (false, true) => broke(Collapse::Unsolved, not_found(&settled).to_string()),
+                    (false, false) => Err(not_found(&settled)),
+                }
+            }
+        }?;
+        let Settled { equilibria, report, .. } = settled;
+        let evidence = match (&broke, report) {
+            (None, Some(report)) => Some(StaticEvidence { equilibria, broken: failure.broken as u64, report }),
+            _ => None,
+        };
+        Ok(Step { displacement, evidence, failure, account, broke })
     }
+}
+
+/// f·u (J).
+fn work_of(load: &VectorField, u: &VectorField) -> f64 {
+    (0..u.len()).map(|node| load.at(node).dot(&u.at(node))).sum()
+}
+
+/// The error of a solve that has not converged.
+fn not_found(settled: &Settled) -> Error {
+    let ended = settled.report.map_or_else(String::new, |r| {
+        let how = match r.ending {
+            Ending::NegativeCurvature { .. } => "a motion of the body has no positive energy".into(),
+            Ending::NotFinite { .. } => "a number is none".into(),
+            _ => format!("the residual is {:.1e}", r.residual),
+        };
+        format!(" after {} iterations: {how}", r.iterations)
+    });
+    let broken = match settled.broken {
+        0 => String::new(),
+        n => format!(", {n} bonds of this load step having failed in {} equilibria", settled.equilibria),
+    };
+    Error::input(
+        format!("the solver did not find equilibrium{ended}{broken}"),
+        "use more load steps or a looser tolerance, or follow the body in motion",
+    )
 }
 
 impl Account {

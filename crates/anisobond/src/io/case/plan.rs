@@ -36,6 +36,8 @@ pub struct CasePlan {
     pub probes: Vec<(String, usize)>,
     /// Pre-cracks.
     pub cracks: usize,
+    /// What to look at before a run: parts that nothing joins, dimensions that too few nodes resolve.
+    pub warnings: Vec<String>,
 }
 
 /// Numbers of a region.
@@ -101,6 +103,7 @@ pub(super) fn plan(case: &CaseFile, problem: &Problem) -> CasePlan {
         conditions: conditions(case, &problem.conditions),
         probes: problem.probes.iter().map(|p| (p.name.clone(), p.nodes.len())).collect(),
         cracks: problem.cracks.len(),
+        warnings: Vec::new(),
     }
 }
 

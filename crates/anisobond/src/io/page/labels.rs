@@ -69,6 +69,18 @@ const LABELS: &[(&str, &str, Unit)] = &[
     ("density", "density", Plain("kg/m³")),
     ("universal_anisotropy", "anisotropy A^U", Number),
     ("lower_bound", "lower bound of c", Modulus),
+    // How a run ended, and what went through what.
+    ("outcome.kind", "outcome", Number),
+    ("outcome.load_factor", "load factor of the last equilibrium", Number),
+    ("outcome.not_reached", "broke before load factor", Number),
+    ("outcome.how", "shown by", Number),
+    ("outcome.what", "what moves", Number),
+    ("outcome.equilibria", "equilibria in that load step", Count),
+    ("outcome.broken_bonds", "bonds broken in it", Count),
+    ("overlap.depth", "depth", Distance),
+    ("overlap.at", "deepest at", Distance),
+    ("overlap.time", "at time or load factor", Number),
+    ("overlap.between", "between", Number),
     // What was reached.
     ("relative_error", "relative error", Percent),
     ("sum_error", "error of the sum over bonds", Percent),

@@ -7,7 +7,9 @@ use super::subject::{FrameWork, LastFile, Subject, time_text};
 use super::summary::RunSummary;
 use super::time_column;
 use crate::Result;
-use crate::experiment::{CrackPath, CrackPoint, Ledger, OutputPlan, Probe, SavedState, Simulation, Slice, TipPoint};
+use crate::experiment::{
+    CrackPath, CrackPoint, Ledger, Outcome, OutputPlan, Probe, SavedState, Simulation, Slice, StepLook, TipPoint,
+};
 use crate::io::picture::SliceImage;
 use crate::io::results::{ImageArray, image_data};
 use crate::lattice::Grid;
@@ -21,8 +23,14 @@ impl Subject for Simulation {
     fn output(&self) -> &OutputPlan {
         &self.problem().output
     }
-    fn advance(&mut self) -> Result<()> {
-        Simulation::advance(self)
+    fn advance(&mut self, look: StepLook) -> Result<()> {
+        Simulation::advance_seen(self, look)
+    }
+    fn outcome(&self) -> Outcome {
+        Simulation::outcome(self).clone()
+    }
+    fn show_broken(&mut self) {
+        Simulation::show_broken(self);
     }
     fn step(&self) -> u64 {
         Simulation::step(self)

@@ -6,9 +6,10 @@ mod packing;
 mod subject;
 mod summary;
 
+use std::cell::{Cell, RefCell};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 use twox_hash::XxHash3_128;
@@ -18,8 +19,11 @@ use self::subject::Subject;
 pub use self::summary::{PackingSummary, RunSummary};
 use super::results::{Checkpoints, ProbeTable};
 use super::{CaseFile, LatticeKind, json_file, write_atomically};
-use crate::experiment::{Ledger, PackingProblem, PackingSimulation, Problem, Simulation};
+use crate::experiment::{Ledger, Outcome, PackingProblem, PackingSimulation, Problem, Simulation, WithinStep};
 use crate::{Error, Result};
+
+/// Time between two words on a load step that goes on.
+const PACE: Duration = Duration::from_millis(100);
 
 /// What the user wants of a run.
 pub struct RunOptions<'a> {
@@ -29,7 +33,7 @@ pub struct RunOptions<'a> {
     pub resume: bool,
     /// What tells one case from another: a checkpoint is only gone on with by the case that it is of.
     pub case: &'a str,
-    /// Set to stop after the step that is being computed.
+    /// Set to stop: motion after the time step that is being computed, equilibrium within its load step, which is then begun anew.
     pub stop: &'a AtomicBool,
 }
 
@@ -65,6 +69,28 @@ pub struct RunProgress {
     pub bonds_per_second: f64,
     /// Broken bonds so far.
     pub broken: u64,
+    /// Of a load step under way, how far it is.
+    pub within: Option<WithinStep>,
+}
+
+impl RunProgress {
+    /// In a few words.
+    pub fn words(&self) -> String {
+        let broken = |n: u64| if n > 0 { format!(", {n} bonds broken") } else { String::new() };
+        match self.within {
+            None => {
+                let (steps, bonds) = (self.steps_per_second, self.bonds_per_second);
+                format!("{steps:.1} steps/s, {bonds:.2e} bonds/s{}", broken(self.broken))
+            }
+            Some(step) => format!(
+                "equilibrium {}, iteration {}, residual {:.1e}{}",
+                step.equilibria + 1,
+                step.iterations,
+                step.residual,
+                broken(self.broken + step.broken)
+            ),
+        }
+    }
 }
 
 /// What a checkpoint says of the run beside its state.
@@ -138,25 +164,35 @@ fn run<S: Subject>(
     let (started, first_step) = (Instant::now(), run.simulation.step());
     let mut saved = Instant::now();
     while !run.finished() {
-        let advanced = run.simulation.advance();
-        advanced.map_err(|error| run.failed(error))?;
+        let now = run.progress(0.0);
+        let told = Cell::new(Instant::now());
+        let seen = RefCell::new(&mut progress);
+        let look = |within: &WithinStep| {
+            if told.get().elapsed() > PACE {
+                told.set(Instant::now());
+                (seen.borrow_mut())(&RunProgress { within: Some(*within), ..now });
+            }
+            !options.stop.load(Ordering::Relaxed)
+        };
+        match run.simulation.advance(&look) {
+            Err(Error::Interrupted { .. }) => return Err(run.interrupted()?),
+            Err(error) => return Err(run.failed(error)),
+            Ok(()) => {}
+        }
+        if run.simulation.outcome() != Outcome::Completed {
+            run.show_broken()?;
+            break;
+        }
         run.record()?;
         let seconds = started.elapsed().as_secs_f64();
-        let rate = (run.simulation.step() - first_step) as f64 / seconds.max(1e-9);
-        progress(&RunProgress {
-            steps: [run.simulation.step(), run.simulation.steps()],
-            time: run.simulation.time(),
-            steps_per_second: rate,
-            bonds_per_second: rate * run.simulation.bonds() as f64,
-            broken: run.simulation.ledger().broken_bonds,
-        });
+        progress(&run.progress((run.simulation.step() - first_step) as f64 / seconds.max(1e-9)));
         let stop = options.stop.load(Ordering::Relaxed) && !run.finished();
-        if stop || saved.elapsed().as_secs_f64() > run.simulation.output().checkpoint_every {
+        if stop {
+            return Err(run.interrupted()?);
+        }
+        if saved.elapsed().as_secs_f64() > run.simulation.output().checkpoint_every {
             run.checkpoint()?;
             saved = Instant::now();
-        }
-        if stop {
-            return Err(Error::Interrupted { message: run.how_to_go_on() });
         }
     }
     run.finish()
@@ -286,6 +322,31 @@ impl<S: Subject> Run<S> {
         Ok(())
     }
 
+    /// The last equilibrium of a body that broke as a frame, unless it is one, and then its last state.
+    fn show_broken(&mut self) -> Result<()> {
+        let shown = self.frames.times().last() == Some(&self.simulation.time());
+        if self.writes_frames() && !shown {
+            self.frames.write(&self.simulation)?;
+        }
+        self.simulation.show_broken();
+        if self.writes_frames() {
+            self.frames.write(&self.simulation)?;
+        }
+        Ok(())
+    }
+
+    /// How far the run is, at a rate of steps (1/s).
+    fn progress(&self, rate: f64) -> RunProgress {
+        RunProgress {
+            steps: [self.simulation.step(), self.simulation.steps()],
+            time: self.simulation.time(),
+            steps_per_second: rate,
+            bonds_per_second: rate * self.simulation.bonds() as f64,
+            broken: self.simulation.ledger().broken_bonds,
+            within: None,
+        }
+    }
+
     fn writes_frames(&self) -> bool {
         let output = self.simulation.output();
         output.frames > 0 && !(output.fields.is_empty() && output.slices.is_empty())
@@ -310,8 +371,11 @@ impl<S: Subject> Run<S> {
         self.seconds_before + self.started.elapsed().as_secs_f64()
     }
 
-    /// A failure in flight, with what is kept.
-    fn failed(&self, error: Error) -> Error {
+    /// A failure in flight, with what is kept. What an equilibrium that is not found comes after is kept too.
+    fn failed(&mut self, error: Error) -> Error {
+        if !self.simulation.is_motion() && self.simulation.step() > 0 && self.checkpoint().is_err() {
+            return error;
+        }
         let place = format!("{}, step {}", self.simulation.name(), self.simulation.step());
         match error {
             Error::Input { place: inner, problem, remedy } if self.checkpoints.exist() => Error::Input {
@@ -323,13 +387,15 @@ impl<S: Subject> Run<S> {
         }
     }
 
-    fn how_to_go_on(&self) -> String {
-        format!(
-            "step {} of {} is done and kept in {}; the same again with --resume (resume=True) goes on",
-            self.simulation.step(),
-            self.simulation.steps(),
-            self.folder.display()
-        )
+    /// The error of a run that was stopped, its last whole step kept.
+    fn interrupted(&mut self) -> Result<Error> {
+        self.checkpoint()?;
+        let (step, steps) = (self.simulation.step(), self.simulation.steps());
+        let folder = self.folder.display();
+        let message = format!(
+            "step {step} of {steps} is done and kept in {folder}; the same again with --resume (resume=True) goes on"
+        );
+        Ok(Error::Interrupted { message })
     }
 
     fn finish(mut self) -> Result<RunSummary> {

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use super::frames::{label, labelled, size};
 use super::subject::{FrameWork, LastFile, Subject, time_text};
 use super::summary::RunSummary;
-use crate::experiment::{CellState, Ledger, OutputPlan, PackingSimulation, Probe, SavedState, Slice};
+use crate::experiment::{CellState, Ledger, OutputPlan, PackingSimulation, Probe, SavedState, Slice, StepLook};
 use crate::io::picture::{self, Disc, Scalar, SliceImage, Style, Window};
 use crate::io::results::{ImageArray, point_data};
 use crate::{Error, Result};
@@ -41,8 +41,8 @@ impl Subject for PackingSimulation {
     fn output(&self) -> &OutputPlan {
         &self.problem().output
     }
-    fn advance(&mut self) -> Result<()> {
-        PackingSimulation::advance(self)
+    fn advance(&mut self, look: StepLook) -> Result<()> {
+        PackingSimulation::advance_seen(self, look)
     }
     fn step(&self) -> u64 {
         PackingSimulation::step(self)

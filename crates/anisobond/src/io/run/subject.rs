@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::summary::RunSummary;
 use crate::Result;
-use crate::experiment::{Ledger, OutputPlan, Probe, SavedState, Slice};
+use crate::experiment::{Ledger, Outcome, OutputPlan, Probe, SavedState, Slice, StepLook};
 use crate::io::picture::SliceImage;
 
 /// Makes the bytes of a frame's VTK file; on another thread, for compression takes its time.
@@ -22,8 +22,14 @@ pub(super) trait Subject {
     fn name(&self) -> &str;
     /// What is written, and how often.
     fn output(&self) -> &OutputPlan;
-    /// Do one time step or one load step.
-    fn advance(&mut self) -> Result<()>;
+    /// Do one time step or one load step, which is seen while it goes on.
+    fn advance(&mut self, look: StepLook) -> Result<()>;
+    /// How the run ended, or that nothing has ended it before its last step.
+    fn outcome(&self) -> Outcome {
+        Outcome::Completed
+    }
+    /// Of a body that broke: from its last equilibrium to its last state, for its fields.
+    fn show_broken(&mut self) {}
     /// Steps done.
     fn step(&self) -> u64;
     /// Steps in all.

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::experiment::{
-    CellState, CrackPath, Leavers, Ledger, PackingEvidence, PackingSimulation, Peak, RegionEvidence, Simulation,
-    StaticEvidence, StepEvidence,
+    CellState, CrackPath, Leavers, Ledger, Outcome, Overlap, PackingEvidence, PackingSimulation, Peak, RegionEvidence,
+    Simulation, StaticEvidence, StepEvidence,
 };
 use crate::solver::SolverReport;
 
@@ -20,9 +20,12 @@ pub struct RunSummary {
     pub nodes: usize,
     /// Bonds, each pair once.
     pub bonds: u64,
+    /// How it ended.
+    #[serde(default)]
+    pub outcome: Outcome,
     /// Time steps or load steps done.
     pub steps: u64,
-    /// Time reached (s), or load factor (–).
+    /// Time reached (s), or load factor of the last equilibrium (–).
     pub time: f64,
     /// The time step; `None` in equilibrium.
     pub time_step: Option<StepEvidence>,
@@ -38,6 +41,9 @@ pub struct RunSummary {
     pub largest_damage: f64,
     /// Cracks that have grown, the longest first, ten at most.
     pub cracks: Vec<CrackPath>,
+    /// The deepest that parts of a body on a grid lay in each other; `None` where none did.
+    #[serde(default)]
+    pub overlap: Option<Overlap>,
     /// What a packing's run has besides; `None` of a grid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub packing: Option<PackingSummary>,
@@ -75,6 +81,7 @@ impl RunSummary {
             case: simulation.problem().name.clone(),
             nodes: simulation.particles().len(),
             bonds: simulation.bonds(),
+            outcome: Outcome::Completed,
             steps: simulation.step(),
             time: simulation.time(),
             time_step: simulation.step_evidence(),
@@ -84,6 +91,7 @@ impl RunSummary {
             relative_drift: energy.relative_drift(),
             largest_damage: simulation.largest_damage(),
             cracks: Vec::new(),
+            overlap: None,
             packing: Some(PackingSummary {
                 lattice: simulation.problem().evidence.clone(),
                 floaters: simulation.floaters().len(),
@@ -102,13 +110,14 @@ impl RunSummary {
     pub(super) fn of_grid(simulation: &Simulation, seconds: f64, mut warnings: Vec<String>) -> Self {
         let energy = *simulation.ledger();
         let relative_drift = energy.relative_drift();
-        warnings.extend(simulation.drift_warning());
+        warnings.extend(simulation.late_warnings());
         RunSummary {
             case: simulation.problem().name.clone(),
             nodes: simulation.problem().body.nodes(),
             bonds: simulation.bonds(),
+            outcome: simulation.outcome().clone(),
             steps: simulation.step(),
-            time: simulation.time(),
+            time: simulation.reached(),
             time_step: simulation.step_evidence(),
             equilibrium: simulation.static_evidence(),
             regions: simulation.regions().to_vec(),
@@ -116,6 +125,7 @@ impl RunSummary {
             relative_drift,
             largest_damage: simulation.largest_damage(),
             cracks: simulation.cracks().into_iter().take(MOST_CRACKS).collect(),
+            overlap: simulation.overlap().cloned(),
             packing: None,
             seconds,
             warnings,

@@ -1,12 +1,11 @@
 //! Closed surfaces of triangles: distance to them, and what they enclose.
 
-use std::collections::HashMap;
-
 use nalgebra::Vector3;
 
+use super::closed::closed;
 use crate::{Error, Result};
 
-type Triangle = [Vector3<f64>; 3];
+pub(super) type Triangle = [Vector3<f64>; 3];
 
 /// Triangles of one leaf of the tree.
 const LEAF: usize = 4;
@@ -39,7 +38,8 @@ struct Branch {
 }
 
 impl Mesh {
-    /// A surface (m). Triangles without area are left out.
+    /// A surface (m). Triangles without area are left out; corners that differ by a rounding, up to 10⁻⁵ of the surface's size, are
+    /// made one where it is not closed without.
     ///
     /// # Errors
     /// No triangle, coordinates that are not finite, or a surface with a gap: an edge of an odd number of triangles.
@@ -51,8 +51,7 @@ impl Mesh {
         if triangles.is_empty() {
             return Err(Error::input("the surface has no triangles", "export it as a closed surface"));
         }
-        require_closed(&triangles)?;
-        let mut mesh = Mesh { triangles, tree: Vec::new() };
+        let mut mesh = Mesh { triangles: closed(triangles)?, tree: Vec::new() };
         mesh.grow(0, mesh.triangles.len());
         Ok(mesh)
     }
@@ -163,38 +162,6 @@ impl Mesh {
             }
         }
         Some(count)
-    }
-}
-
-/// Refuses a surface of which an edge belongs to an odd number of triangles.
-fn require_closed(triangles: &[Triangle]) -> Result<()> {
-    // −0 and 0 are one place.
-    let key = |p: &Vector3<f64>| [p.x + 0.0, p.y + 0.0, p.z + 0.0].map(f64::to_bits);
-    let mut edges: HashMap<_, usize> = HashMap::with_capacity(triangles.len() * 3 / 2);
-    for t in triangles {
-        for (p, q) in [(0, 1), (1, 2), (2, 0)] {
-            let (p, q) = (key(&t[p]), key(&t[q]));
-            *edges.entry(if p < q { (p, q) } else { (q, p) }).or_default() += 1;
-        }
-    }
-    let open = edges.iter().filter(|(_, n)| *n % 2 == 1).map(|(e, n)| (*e, *n));
-    let count = open.clone().count();
-    match open.min() {
-        None => Ok(()),
-        Some(((p, q), n)) => {
-            let place = |p: [u64; 3]| p.map(|x| f64::from_bits(x).to_string()).join(", ");
-            let word = if n == 1 { "triangle" } else { "triangles" };
-            Err(Error::input(
-                format!(
-                    "the surface is not closed: the edge from ({}) m to ({}) m belongs to {n} {word}, and {} more are \
-                     open",
-                    place(p),
-                    place(q),
-                    count - 1
-                ),
-                "close its gaps and export it again as one watertight surface",
-            ))
-        }
     }
 }
 

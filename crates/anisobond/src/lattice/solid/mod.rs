@@ -1,10 +1,12 @@
 //! Solids: what is inside, how far their surface is, and how they fill a grid.
 
+mod closed;
 mod exposed;
 mod fill;
 mod grains;
 mod mesh;
 mod surface;
+mod thin;
 
 use std::sync::Arc;
 
@@ -15,6 +17,7 @@ pub use fill::{MOST_BODY_NODES, grid_around, inside};
 pub use grains::{Grains, grains, random_rotations};
 pub use mesh::Mesh;
 pub use surface::{Face, Patch, face_layer, surface_patches};
+pub use thin::{Labelled, Thin, filled};
 
 /// A solid, in the grid's axes (m).
 #[derive(Clone, Debug, PartialEq)]

@@ -52,8 +52,8 @@ pub struct Overstretched(Vec<Event>);
 /// The bonds of a body, and how they fail.
 #[derive(Debug)]
 pub struct FailingBonds {
-    grid: GridBonds<f64>,
-    soft: Option<SoftBonds>,
+    pub(super) grid: GridBonds<f64>,
+    pub(super) soft: Option<SoftBonds>,
 }
 
 impl FailingBonds {

@@ -1,7 +1,10 @@
 //! Which bonds are unbroken, kept and brought back; forces and breaking of displacements in natural order.
 
+use super::aligned::Aligned;
 use super::build::GridBonds;
+use super::failing::FailingBonds;
 use super::real::Real;
+use super::softening::SoftBond;
 use super::sweep::{Broken, Law};
 use crate::operator::{Kinematics, VectorField};
 use crate::{Error, Result};
@@ -28,6 +31,42 @@ impl GridBonds<f64> {
         let n = u.len();
         let (mut x, mut y, mut z) = (vec![(); n], vec![(); n], vec![(); n]);
         self.pass_breaking(&padded, kinematics, [&mut x, &mut y, &mut z], |_, _, _| ()).0
+    }
+}
+
+/// Which bonds of a body are unbroken, and which soften: what [`FailingBonds::put_back`] goes back to.
+#[derive(Clone, Debug)]
+pub struct KeptBonds {
+    bits: Aligned<<f64 as Real>::Word>,
+    whole: Vec<bool>,
+    torn: Vec<bool>,
+    unbroken: Vec<u16>,
+    soft: Option<Vec<SoftBond>>,
+}
+
+impl FailingBonds {
+    /// The bonds' state, to go back to.
+    pub fn kept(&self) -> KeptBonds {
+        let grid = &self.grid;
+        KeptBonds {
+            bits: grid.bits.clone(),
+            whole: grid.whole.clone(),
+            torn: grid.torn.clone(),
+            unbroken: grid.surroundings.unbroken().to_vec(),
+            soft: self.soft.as_ref().map(|soft| soft.list.clone()),
+        }
+    }
+
+    /// Go back to a state of these bonds, or on to one.
+    pub fn put_back(&mut self, kept: &KeptBonds) {
+        let grid = &mut self.grid;
+        grid.bits.clone_from(&kept.bits);
+        grid.whole.clone_from(&kept.whole);
+        grid.torn.clone_from(&kept.torn);
+        grid.surroundings.set_unbroken(&kept.unbroken);
+        if let (Some(soft), Some(list)) = (&mut self.soft, &kept.soft) {
+            soft.set(list.clone());
+        }
     }
 }
 

@@ -44,6 +44,16 @@ pub struct Surrounding<'a, T> {
 }
 
 impl<T: Real> Surroundings<T> {
+    /// Bits of unbroken bonds of all nodes, to be put back later.
+    pub(super) fn unbroken(&self) -> &[u16] {
+        &self.unbroken
+    }
+
+    /// Bonds as unbroken as they were.
+    pub(super) fn set_unbroken(&mut self, unbroken: &[u16]) {
+        self.unbroken.copy_from_slice(unbroken);
+    }
+
     /// Of no node.
     pub fn none() -> Self {
         let (stiffness, critical) = (Aligned::zeros(0), Aligned::zeros(0));

@@ -7,7 +7,7 @@ use super::preconditioner::Preconditioner;
 use super::supports::Supports;
 use super::vectors::{add_scaled, dot, norm, scale_add};
 use crate::operator::{GridOperator, VectorField};
-use crate::solver::Stopping;
+use crate::solver::{Look, Stopping};
 
 /// Iterations without a new least residual after which a solve has stagnated.
 const PATIENCE: usize = 500;
@@ -31,6 +31,8 @@ pub enum Ending {
     },
     /// Many iterations without a smaller residual.
     Stagnated,
+    /// Whoever saw the solve ended it.
+    Stopped,
 }
 
 /// How a solve went.
@@ -65,6 +67,7 @@ pub(super) fn conjugate_gradients(
     preconditioner: &dyn Preconditioner,
     u: &mut VectorField,
     stopping: &Stopping,
+    look: Look,
 ) -> GridSolverReport {
     let n = load.len();
     let mut r = VectorField::zeros(n);
@@ -107,6 +110,10 @@ pub(super) fn conjugate_gradients(
                 report.ending = Ending::Stagnated;
                 return report;
             }
+        }
+        if !look(report.iterations, report.residual) {
+            report.ending = Ending::Stopped;
+            return report;
         }
         report.applications += preconditioner.apply(operator, &r, &mut z);
         free.project(&mut z);

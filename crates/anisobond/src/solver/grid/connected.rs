@@ -70,6 +70,11 @@ impl ConnectedPart {
     }
 }
 
+/// The connected parts of a body by their first nodes.
+pub fn connected_parts(operator: &dyn GridOperator) -> Vec<ConnectedPart> {
+    visit_bonds(operator).0
+}
+
 /// The connected parts of a body by their first nodes, and the neighbours that cracks part.
 pub(super) fn visit_bonds(operator: &dyn GridOperator) -> (Vec<ConnectedPart>, Links) {
     let body = operator.body();

@@ -13,7 +13,7 @@ use super::supports::{Supports, check_load};
 use super::vectors::add_scaled;
 use crate::Result;
 use crate::operator::{GridOperator, VectorField};
-use crate::solver::Stopping;
+use crate::solver::{Look, Stopping};
 
 /// Residual of the linear step that begins a non-linear solve.
 const FIRST_STEP: f64 = 1e-3;
@@ -41,7 +41,11 @@ pub struct Equilibrium<'a> {
     supports: &'a Supports,
     free: FreeModes,
     prepared: Arc<Prepared>,
+    look: Look<'a>,
 }
+
+/// Sees nothing, and lets every solve go on.
+const UNSEEN: Look = &|_, _| true;
 
 /// What a method needs of a body and its supports.
 pub enum Prepared {
@@ -77,17 +81,22 @@ impl<'a> Equilibrium<'a> {
         let blocks = Blocks::new(operator);
         let prepared = Arc::new(Prepared::of(operator, &census, &blocks, supports, method));
         let free = FreeModes::of(operator.body(), &census, |node| blocks.of(node), supports);
-        Equilibrium { operator, supports, free, prepared }
+        Equilibrium { operator, supports, free, prepared, look: UNSEEN }
     }
 
     /// With what was prepared for the same supports, of this body or before it lost a few bonds; free modes are found anew.
     pub fn prepared(operator: &'a dyn GridOperator, supports: &'a Supports, prepared: Arc<Prepared>) -> Self {
-        Equilibrium { operator, supports, free: FreeModes::new(operator, supports), prepared }
+        Equilibrium { operator, supports, free: FreeModes::new(operator, supports), prepared, look: UNSEEN }
     }
 
     /// The same body with other displacements of the same supports ([`Supports::scaled`]).
     pub fn with_supports(self, supports: &'a Supports) -> Self {
         Equilibrium { supports, ..self }
+    }
+
+    /// The same, its solves seen at every iteration by whoever may end them.
+    pub fn seen_by(self, look: Look<'a>) -> Self {
+        Equilibrium { look, ..self }
     }
 
     /// What nothing holds.
@@ -119,13 +128,13 @@ impl<'a> Equilibrium<'a> {
         let mut u = start;
         let report = match &*self.prepared {
             Prepared::Gradients(p) => {
-                conjugate_gradients(self.operator, load, self.supports, &self.free, &**p, &mut u, stopping)
+                conjugate_gradients(self.operator, load, self.supports, &self.free, &**p, &mut u, stopping, self.look)
             }
             Prepared::Relaxation(blocks) => {
                 let scale = self.scale(load);
                 self.supports.impose(&mut u);
                 let forces = |u: &VectorField, r: &mut VectorField| self.operator.forces(u, r);
-                relax(self.residual(&forces, load), blocks, &self.free, scale, &mut u, stopping)
+                relax(self.residual(&forces, load), blocks, &self.free, scale, &mut u, stopping, self.look)
             }
         };
         Ok((u, report))
@@ -156,18 +165,19 @@ impl<'a> Equilibrium<'a> {
                 let rise = self.supports.relative_to(&u);
                 let first = Stopping { tolerance: FIRST_STEP, ..*stopping };
                 let mut step = VectorField::zeros(load.len());
-                let linear = conjugate_gradients(self.operator, &rest, &rise, &self.free, &**p, &mut step, &first);
+                let linear =
+                    conjugate_gradients(self.operator, &rest, &rise, &self.free, &**p, &mut step, &first, self.look);
                 add_scaled(&mut u, 1.0, &step);
                 self.supports.impose(&mut u);
                 let mut report =
-                    nonlinear_gradients(self.operator, residual, &**p, &self.free, scale, &mut u, stopping);
+                    nonlinear_gradients(self.operator, residual, &**p, &self.free, scale, &mut u, stopping, self.look);
                 report.iterations += linear.iterations;
                 report.applications += linear.applications + 1;
                 report
             }
             Prepared::Relaxation(blocks) => {
                 self.supports.impose(&mut u);
-                relax(residual, blocks, &self.free, scale, &mut u, stopping)
+                relax(residual, blocks, &self.free, scale, &mut u, stopping, self.look)
             }
         };
         Ok((u, report))

@@ -28,43 +28,64 @@ pub struct LoadStep {
 /// Equilibria of one load step at most; a body that still breaks then comes apart.
 const MOST_EQUILIBRIA: usize = 10_000;
 
-/// How a body came to rest under its loads.
+/// How a body came to rest under its loads, or did not.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Settled {
     /// Equilibria that were solved until nothing failed.
     pub equilibria: usize,
     /// Bonds that failed.
     pub broken: usize,
-    /// The last solve.
-    pub report: GridSolverReport,
+    /// The last solve; `None` where there was none.
+    pub report: Option<GridSolverReport>,
+    /// Why it ended.
+    pub ended: SettlingEnd,
 }
 
-/// Equilibrium of a body whose bonds fail: `solve(body, start)` gives u (m), `fail(body, u)` lets fail what u stretches too far
-/// and returns how many bonds that is; both again until nothing fails. A solve that does not converge ends it, with the report
-/// as its evidence: nothing fails by displacements that are no equilibrium.
+/// Why a body's settling ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum SettlingEnd {
+    /// Nothing fails any more.
+    AtRest,
+    /// The last solve did not converge.
+    NotConverged,
+    /// The loads move something that nothing holds.
+    Unheld,
+    /// Bonds still failed after the most equilibria that are looked for.
+    StillFailing,
+}
+
+/// Equilibrium of a body whose bonds fail: `solve(body, start)` gives u (m), or `None` where the loads move something that nothing
+/// holds; `fail(body, u)` lets fail what u stretches too far and returns how many bonds that is; both again until nothing fails.
+/// A solve that does not converge ends it, with the report as its evidence: nothing fails by displacements that are no
+/// equilibrium. Returned are the last displacements, and how it ended.
 ///
 /// # Errors
-/// What `solve` reports; a body that still breaks after 10 000 equilibria.
+/// What `solve` reports.
 pub fn settle<B>(
     body: &mut B,
     start: VectorField,
-    mut solve: impl FnMut(&B, VectorField) -> Result<(VectorField, GridSolverReport)>,
+    mut solve: impl FnMut(&B, &VectorField) -> Result<Option<(VectorField, GridSolverReport)>>,
     mut fail: impl FnMut(&mut B, &VectorField) -> usize,
 ) -> Result<(VectorField, Settled)> {
-    let (mut u, mut broken) = (start, 0);
-    for equilibria in 1..=MOST_EQUILIBRIA {
-        let (next, report) = solve(body, u)?;
+    let mut u = start;
+    let mut settled = Settled { equilibria: 0, broken: 0, report: None, ended: SettlingEnd::StillFailing };
+    while settled.equilibria < MOST_EQUILIBRIA {
+        let Some((next, report)) = solve(body, &u)? else {
+            return Ok((u, Settled { ended: SettlingEnd::Unheld, ..settled }));
+        };
         u = next;
-        let failed = if report.converged() { fail(body, &u) } else { 0 };
-        broken += failed;
+        settled.equilibria += 1;
+        settled.report = Some(report);
+        if !report.converged() {
+            return Ok((u, Settled { ended: SettlingEnd::NotConverged, ..settled }));
+        }
+        let failed = fail(body, &u);
+        settled.broken += failed;
         if failed == 0 {
-            return Ok((u, Settled { equilibria, broken, report }));
+            return Ok((u, Settled { ended: SettlingEnd::AtRest, ..settled }));
         }
     }
-    Err(Error::input(
-        format!("bonds still break after {MOST_EQUILIBRIA} equilibria of one load step"),
-        "the body comes apart: follow it in motion instead",
-    ))
+    Ok((u, settled))
 }
 
 /// Bring a body through load factors 1/n, 2/n, … 1, each [settled](settle). `solve(body, factor, start)` gives u (m); `observe(body, step, u)` sees every
@@ -74,7 +95,7 @@ pub fn settle<B>(
 /// evidence: nothing is broken by displacements that are no equilibrium.
 ///
 /// # Errors
-/// No steps, or what `solve` reports: a part broken loose under load, for one.
+/// No steps; bonds that break without end; what `solve` reports: a part broken loose under load, for one.
 pub fn load_steps<B: Breaking>(
     body: &mut B,
     steps: usize,
@@ -88,11 +109,17 @@ pub fn load_steps<B: Breaking>(
     let mut done = Vec::new();
     for number in 1..=steps {
         let factor = number as f64 / steps as f64;
-        let (next, settled) =
-            settle(body, u, |body, start| solve(body, factor, start), |body, u| body.break_overstretched(u))
-                .map_err(|e| e.at(format!("load step {number} of {steps}")))?;
+        let place = |e: Error| e.at(format!("load step {number} of {steps}"));
+        let solve = |body: &B, start: &VectorField| solve(body, factor, start.clone()).map(Some);
+        let (next, settled) = settle(body, u, solve, |body, u| body.break_overstretched(u)).map_err(place)?;
         u = next;
-        let Settled { equilibria, broken, report } = settled;
+        let Settled { equilibria, broken, report: Some(report), ended } = settled else { break };
+        if ended == SettlingEnd::StillFailing {
+            return Err(place(Error::input(
+                format!("bonds still break after {MOST_EQUILIBRIA} equilibria of one load step"),
+                "the body comes apart: follow it in motion instead",
+            )));
+        }
         let step = LoadStep { factor, equilibria, broken, report };
         done.push(step);
         if !observe(body, &step, &u) || !report.converged() {

@@ -24,9 +24,10 @@ mod vectors;
 mod watch;
 
 pub use conjugate_gradients::{Ending, GridSolverReport};
+pub use connected::{ConnectedPart, connected_parts};
 pub use equilibrium::{Equilibrium, Method, Prepared};
 pub use free_modes::FreeModes;
-pub use load_steps::{Breaking, LoadStep, Settled, load_steps, settle};
+pub use load_steps::{Breaking, LoadStep, Settled, SettlingEnd, load_steps, settle};
 pub use multigrid::Smoothing;
 pub use preconditioner::{NodeBlocks, Preconditioner, Scheme, TwoScale};
 pub use supports::Supports;

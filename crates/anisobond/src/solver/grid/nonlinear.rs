@@ -6,7 +6,7 @@ use super::preconditioner::Preconditioner;
 use super::vectors::{add_scaled, dot, scale_add};
 use super::watch::ResidualWatch;
 use crate::operator::{GridOperator, VectorField};
-use crate::solver::Stopping;
+use crate::solver::{Look, Stopping};
 
 /// Iterations without a new least residual after which a solve has stagnated.
 const PATIENCE: usize = 300;
@@ -29,6 +29,7 @@ pub(super) fn nonlinear_gradients(
     scale: f64,
     u: &mut VectorField,
     stopping: &Stopping,
+    look: Look,
 ) -> GridSolverReport {
     let n = u.len();
     let mut r = VectorField::zeros(n);
@@ -39,7 +40,7 @@ pub(super) fn nonlinear_gradients(
         free.project(r);
     };
     balance(u, &mut r);
-    let mut watch = ResidualWatch::new(stopping, scale, PATIENCE);
+    let mut watch = ResidualWatch::new(stopping, look, scale, PATIENCE);
     let mut rz_last = 0.0;
     loop {
         if watch.ends(&r, &mut report) {

@@ -6,7 +6,7 @@ use super::preconditioner::NodeBlocks;
 use super::vectors::{add_scaled, dot};
 use super::watch::ResidualWatch;
 use crate::operator::VectorField;
-use crate::solver::Stopping;
+use crate::solver::{Look, Stopping};
 
 /// Steps without a new least residual after which relaxation has stagnated.
 const PATIENCE: usize = 20_000;
@@ -23,11 +23,12 @@ pub(super) fn relax(
     scale: f64,
     u: &mut VectorField,
     stopping: &Stopping,
+    look: Look,
 ) -> GridSolverReport {
     let n = u.len();
     let (mut r, mut a, mut v) = (VectorField::zeros(n), VectorField::zeros(n), VectorField::zeros(n));
     let mut report = GridSolverReport { iterations: 0, applications: 0, residual: 0.0, ending: Ending::Converged };
-    let mut watch = ResidualWatch::new(stopping, scale, PATIENCE);
+    let mut watch = ResidualWatch::new(stopping, look, scale, PATIENCE);
     let mut kinetic_last = 0.0;
     let mass = LARGEST / (4.0 * SAFETY * SAFETY);
     loop {

@@ -3,7 +3,7 @@
 use super::conjugate_gradients::{Ending, GridSolverReport, ended};
 use super::vectors::norm;
 use crate::operator::VectorField;
-use crate::solver::Stopping;
+use crate::solver::{Look, Stopping};
 
 /// A residual that counts as less is below this part of the least so far.
 const LESS: f64 = 0.999;
@@ -11,6 +11,7 @@ const LESS: f64 = 0.999;
 /// Watches the residual from iteration to iteration.
 pub(super) struct ResidualWatch<'a> {
     stopping: &'a Stopping,
+    look: Look<'a>,
     /// What residuals are relative to.
     scale: f64,
     /// Iterations without a new least residual after which a solve has stagnated.
@@ -20,8 +21,8 @@ pub(super) struct ResidualWatch<'a> {
 }
 
 impl<'a> ResidualWatch<'a> {
-    pub(super) fn new(stopping: &'a Stopping, scale: f64, patience: usize) -> Self {
-        ResidualWatch { stopping, scale, patience, least: f64::INFINITY, since: 0 }
+    pub(super) fn new(stopping: &'a Stopping, look: Look<'a>, scale: f64, patience: usize) -> Self {
+        ResidualWatch { stopping, look, scale, patience, least: f64::INFINITY, since: 0 }
     }
 
     /// Notes the residual r in the report; whether the solve has ended, and how, is in it too.
@@ -38,6 +39,7 @@ impl<'a> ResidualWatch<'a> {
             self.since += 1;
         }
         let stagnated = self.since > self.patience;
+        let ending = ending.or_else(|| (!(self.look)(report.iterations, report.residual)).then_some(Ending::Stopped));
         match (stagnated, ending) {
             (true, _) => report.ending = Ending::Stagnated,
             (false, Some(ending)) => report.ending = ending,

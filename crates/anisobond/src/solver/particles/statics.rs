@@ -1,11 +1,13 @@
 //! Equilibrium of linear bonds: conjugate gradients with node blocks, some components held.
 
+use std::cell::Cell;
+
 use nalgebra::Vector3;
 
 use super::verlet::PointLoad;
 use crate::operator::particles::ParticleModel;
 use crate::operator::{BondList, Network, NodeField};
-use crate::solver::{BlockJacobi, SolverReport, Stopping, conjugate_gradients};
+use crate::solver::{BlockJacobi, Look, SolverReport, Stopping, conjugate_gradients_seen};
 use crate::{Error, Result};
 
 /// A load that is left over by more than this share of the largest is not balanced.
@@ -49,6 +51,20 @@ pub fn equilibrium(
     loads: &[PointLoad],
     stopping: &Stopping,
 ) -> Result<Equilibrium> {
+    equilibrium_seen(model, supports, loads, stopping, &|_, _| true)
+}
+
+/// [`equilibrium`], seen at every iteration by whoever may end it.
+///
+/// # Errors
+/// As [`equilibrium`], and [`Error::Interrupted`] where it was ended.
+pub fn equilibrium_seen(
+    model: &ParticleModel,
+    supports: &[Support],
+    loads: &[PointLoad],
+    stopping: &Stopping,
+    look: Look,
+) -> Result<Equilibrium> {
     let n = model.packing.len();
     let spheres = supports.iter().map(|s| s.sphere).chain(loads.iter().map(|l| l.sphere));
     if let Some(missing) = spheres.into_iter().find(|&s| s as usize >= n) {
@@ -80,7 +96,15 @@ pub fn equilibrium(
         }
     }
     let m = BlockJacobi::with_held(&list, &held);
-    let (mut x, report) = conjugate_gradients(&list, &m, &b, stopping);
+    let ended = Cell::new(false);
+    let seen = |iterations, residual| {
+        ended.set(!look(iterations, residual));
+        !ended.get()
+    };
+    let (mut x, report) = conjugate_gradients_seen(&list, &m, &b, &[0.0], stopping, &seen);
+    if !report.converged && ended.get() {
+        return Err(Error::Interrupted { message: "equilibrium was not found yet".into() });
+    }
     if !report.converged {
         return Err(Error::input(
             format!(
