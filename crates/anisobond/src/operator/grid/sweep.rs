@@ -100,7 +100,7 @@ impl<T: Real> GridBonds<T> {
     ) -> (Vec<R>, Vec<Event>) {
         let n = self.row_nodes();
         let tables = self.tables(law, Wanted::Forces);
-        let nodal = self.nodal(u);
+        let nodal = self.nodal(u, law.kinematics);
         let mut parts: Vec<Option<[&mut [V]; 3]>> = self.parts(fields).into_iter().map(Some).collect();
         let order = self.layout.order.iter().filter_map(|&s| parts[s].take().map(|part| (s, part)));
         let mut visited: Vec<(usize, Vec<R>, Vec<Event>)> = order
