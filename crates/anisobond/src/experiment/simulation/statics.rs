@@ -32,6 +32,8 @@ pub struct StaticEvidence {
 /// What one load step came to.
 pub(super) struct Step {
     pub(super) displacement: VectorField,
+    /// Forces of the bonds there (N).
+    pub(super) forces: VectorField,
     pub(super) evidence: StaticEvidence,
     pub(super) failure: Failure,
     pub(super) account: Account,
@@ -109,6 +111,7 @@ impl Statics {
         let mut prepared = None;
         let mut usual = 0;
         let (mut account, mut failure) = (Account::default(), Failure::default());
+        let mut forces = VectorField::default();
         let solve = |bonds: &FailingBonds, start: VectorField| {
             let ready = prepared.get_or_insert_with(|| Arc::new(Prepared::new(bonds, &supports, self.method)));
             let equilibrium = Equilibrium::prepared(bonds, &supports, ready.clone());
@@ -127,7 +130,7 @@ impl Statics {
                 ));
             }
             let first = usual == 0;
-            account.add(bonds, problem.kinematics, &loads, [&from, &u], first);
+            forces = account.add(bonds, problem.kinematics, &loads, [&from, &u], first);
             // From now on loads rest.
             if first {
                 loads.before.clone_from(&loads.now);
@@ -144,13 +147,14 @@ impl Statics {
         };
         let (displacement, Settled { equilibria, report, .. }) = settle(bonds, start, solve, fail)?;
         let evidence = StaticEvidence { equilibria, broken: failure.broken as u64, report };
-        Ok(Step { displacement, evidence, failure, account })
+        Ok(Step { displacement, forces, evidence, failure, account })
     }
 }
 
 impl Account {
     /// Energies on the way from one state to another between which no bond fails: mean forces times the way, exact for linear
-    /// bonds. In the first of a load step loads and supports move, and bonds hold what they do; later they rest.
+    /// bonds. In the first of a load step loads and supports move, and bonds hold what they do; later they rest. Returns the
+    /// bonds' forces (N) in the second state.
     fn add(
         &mut self,
         bonds: &FailingBonds,
@@ -158,7 +162,7 @@ impl Account {
         loads: &Loads,
         [from, to]: [&VectorField; 2],
         first: bool,
-    ) {
+    ) -> VectorField {
         let forces_at = |u: &VectorField| {
             let mut f = VectorField::zeros(u.len());
             bonds.forces_of(u, kinematics, &mut f);
@@ -182,5 +186,6 @@ impl Account {
         if !first {
             self.released += unbalanced;
         }
+        g
     }
 }

@@ -69,6 +69,8 @@ pub struct GridBonds<T: Real = f64> {
     pub(super) scratch: Mutex<Option<Padded<T>>>,
     /// P of the nodal term between passes.
     pub(super) nodal_scratch: Mutex<Option<[Padded<T>; 3]>>,
+    /// Passes over all bonds for forces.
+    pub(super) passes: AtomicU64,
     /// Bits of the largest ‖E‖ of a node in the last pass.
     pub(super) nodal_strain: AtomicU64,
 }
@@ -135,6 +137,7 @@ impl<T: Real> GridBonds<T> {
             bulk_block: stencils.iter().map(|_| OnceLock::new()).collect(),
             scratch: Mutex::new(None),
             nodal_scratch: Mutex::new(None),
+            passes: AtomicU64::new(0),
             nodal_strain: AtomicU64::new(0),
             offsets: Offsets::by_kind(&layout, &half, words),
             neighbourhood: neighbourhood.clone(),
