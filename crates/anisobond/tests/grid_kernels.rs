@@ -299,7 +299,8 @@ fn hybrid_forces_agree_with_the_periodic_oracle() {
 /// blocks by the response to one node.
 #[test]
 fn forces_are_the_gradient_of_the_energy() {
-    for (nodal, kinematics) in [(false, Kinematics::Linear), (false, Kinematics::Finite), (true, Kinematics::Linear)] {
+    let kinds = [Kinematics::Linear, Kinematics::Finite].into_iter().flat_map(|k| [false, true].map(|n| (n, k)));
+    for (nodal, kinematics) in kinds {
         let mut setup = setup([6, 5, 4], [false, true, false], Shape::Sphere { radius: 2.0 }, 2.0, Fill::Mixed);
         if nodal {
             for s in &mut setup.stencils[..2] {

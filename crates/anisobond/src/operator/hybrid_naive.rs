@@ -3,6 +3,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::grid_operator::Kinematics;
 use crate::calibration::StrainAverage;
 use crate::lattice::Neighbourhood;
 use crate::tensor::Stiffness;
@@ -15,6 +16,7 @@ pub struct PeriodicHybrid<'a> {
     micromodulus: &'a [f64],
     nodal: Stiffness,
     cells: [usize; 3],
+    kinematics: Kinematics,
 }
 
 /// What a displacement of a periodic block costs.
@@ -24,7 +26,7 @@ pub struct BlockResponse {
     pub energy: f64,
     /// Force on every node, −∂energy/∂u (N).
     pub forces: Vec<Vector3<f64>>,
-    /// Mean stress, ∂energy/∂(displacement gradient) per volume (Pa).
+    /// Mean stress, ∂energy/∂(displacement gradient) per volume (Pa): at finite stretch the nominal one.
     pub stress: Matrix3<f64>,
 }
 
@@ -49,7 +51,12 @@ impl<'a> PeriodicHybrid<'a> {
             ));
         }
         let average = StrainAverage::new(neighbourhood)?;
-        Ok(PeriodicHybrid { neighbourhood, average, micromodulus, nodal: *nodal, cells })
+        Ok(PeriodicHybrid { neighbourhood, average, micromodulus, nodal: *nodal, cells, kinematics: Kinematics::Linear })
+    }
+
+    /// The same block with other kinematics than linear ones.
+    pub fn with_kinematics(self, kinematics: Kinematics) -> Self {
+        PeriodicHybrid { kinematics, ..self }
     }
 
     /// Number of nodes.
@@ -91,13 +98,18 @@ impl<'a> PeriodicHybrid<'a> {
             let eta: Vec<Vector3<f64>> =
                 bonds.iter().zip(&ends).map(|(bond, &b)| u[b] - u[a] + gradient * bond.xi).collect();
             let mean = self.average.gradient(eta.iter().copied());
-            let strain = 0.5 * (mean + mean.transpose());
-            let nodal_stress = double_dot(&self.nodal, &strain);
-            out.energy += 0.5 * volume * nodal_stress.dot(&strain);
+            let (strain, energy_stress, nodal_stress) = nodal_response(&self.nodal, self.kinematics, &mean);
+            out.energy += 0.5 * volume * energy_stress.dot(&strain);
             for (i, bond) in bonds.iter().enumerate() {
-                let n = bond.xi.normalize();
+                let (elongation, n) = match self.kinematics {
+                    Kinematics::Linear => (bond.xi.dot(&eta[i]) / bond.xi.norm(), bond.xi.normalize()),
+                    Kinematics::Finite => {
+                        let to = bond.xi + eta[i];
+                        (eta[i].dot(&(to + bond.xi)) / (to.norm() + bond.xi.norm()), to.normalize())
+                    }
+                };
                 let stiffness = self.micromodulus[i] * self.neighbourhood.stiffness_share(bond);
-                let stretch = n.dot(&eta[i]) / bond.xi.norm();
+                let stretch = elongation / bond.xi.norm();
                 out.energy += 0.5 * volume * stiffness * stretch * stretch;
                 // ∂energy/∂η of this node's half of the bond and of its nodal term.
                 let pull =
@@ -112,8 +124,30 @@ impl<'a> PeriodicHybrid<'a> {
     }
 }
 
+/// Strain, the stress that is conjugate to it, and the nominal stress ∂(energy density)/∂H of a nodal term at a gradient H:
+/// ε̄ = sym H and Z:ε̄ twice, or with F̄ = 1 + H, E = ½(F̄ᵀF̄ − 1), Z:E and F̄ (Z:E) (THEORY 10).
+pub(super) fn nodal_response(
+    z: &Stiffness,
+    kinematics: Kinematics,
+    h: &Matrix3<f64>,
+) -> (Matrix3<f64>, Matrix3<f64>, Matrix3<f64>) {
+    let f = Matrix3::identity() + h;
+    let linear = 0.5 * (h + h.transpose());
+    match kinematics {
+        Kinematics::Linear => {
+            let stress = double_dot(z, &linear);
+            (linear, stress, stress)
+        }
+        Kinematics::Finite => {
+            let strain = linear + 0.5 * h.transpose() * h;
+            let stress = double_dot(z, &strain);
+            (strain, stress, f * stress)
+        }
+    }
+}
+
 /// σ_ij = Z_ijkl ε_kl.
-fn double_dot(z: &Stiffness, strain: &Matrix3<f64>) -> Matrix3<f64> {
+pub(super) fn double_dot(z: &Stiffness, strain: &Matrix3<f64>) -> Matrix3<f64> {
     Matrix3::from_fn(|i, j| {
         let mut sum = 0.0;
         for k in 0..3 {

@@ -23,10 +23,7 @@ impl PackingSimulation {
             Quantity::Displacement => (sum(&|s| self.particles().displacement(s)) / count).iter().copied().collect(),
             Quantity::Velocity if !self.is_motion() => vec![0.0; 3],
             Quantity::Velocity => (sum(&|s| self.particles().velocity(s)) / count).iter().copied().collect(),
-            Quantity::Reaction => {
-                let forces = self.particles().forces();
-                (-sum(&|s| forces[s])).iter().copied().collect()
-            }
+            Quantity::Reaction => (-sum(&|s| self.particles().force(s))).iter().copied().collect(),
             Quantity::Damage => {
                 let damage = self.particles().damage();
                 vec![nodes().map(|s| damage[s]).sum::<f64>() / count]

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::loading::Loading;
 use super::motion::Motion;
+use super::reactions::Reactions;
 use super::resolution::parts;
 use super::{assemble, damping_of, time_step};
 use crate::Result;
@@ -63,10 +64,10 @@ impl RunCost {
             Schedule::Motion { duration, .. } => {
                 let evidence = time_step(problem, bonds.grid())?;
                 let mut motion = Motion::new(problem, still, evidence.step, damping_of(&problem.schedule));
-                let mut u = bonds.grid().padded();
+                let (mut u, mut unread) = (bonds.grid().padded(), Reactions::default());
                 let seconds = per_pass(|| {
                     motion.drift(&mut u);
-                    motion.kick(problem, &loading, bonds, &u, (0.0, evidence.step), false)?;
+                    motion.kick(problem, &loading, bonds, &u, (0.0, evidence.step), false, &mut unread)?;
                     Ok(())
                 })?;
                 let steps = evidence.steps_in(duration);

@@ -36,6 +36,7 @@ impl Simulation {
         }
         *last = settled.evidence;
         self.u.set(&settled.displacement);
+        self.reactions.note_of(|node| settled.forces.at(node));
         self.step += 1;
         self.ledger.strain = self.bonds.energy(&self.u, self.problem.kinematics)?;
         self.ledger.fracture += settled.failure.energy;
@@ -71,6 +72,7 @@ impl Simulation {
     pub fn show_broken(&mut self) {
         let Some(BrokenState { bonds, displacement }) = self.broken.take() else { return };
         self.u.set(&displacement);
+        self.reactions.forget();
         self.bonds.put_back(&bonds);
     }
 

@@ -39,7 +39,8 @@ impl Simulation {
         }
     }
 
-    /// The columns of a probe.
+    /// The columns of a probe. Reactions are those of the forces that the last step has found: in motion the forces that act in
+    /// it, without the bonds that break there, and with the nodal terms that end there.
     pub fn measure(&self, probe: &Probe) -> Vec<f64> {
         let count = probe.nodes.len().max(1) as f64;
         let nodes = || probe.nodes.iter().map(|&node| node as usize);
@@ -53,8 +54,11 @@ impl Simulation {
                 Stage::Equilibrium { .. } => vec![0.0; 3],
             },
             Quantity::Reaction => {
-                let forces = self.forces();
-                (-sum(&|node| forces.at(node))).iter().copied().collect()
+                // Forces of the last step; all are found anew only for other nodes than the problem's probes, or after a restart.
+                let known = nodes().all(|node| self.reactions.at(node).is_some());
+                let anew = (!known).then(|| self.forces());
+                let force = |node| anew.as_ref().map_or_else(|| self.reactions.at(node).unwrap_or_default(), |f| f.at(node));
+                (-sum(&force)).iter().copied().collect()
             }
             Quantity::Damage => {
                 let damage = self.bonds.damage();

@@ -11,8 +11,10 @@ mod loading;
 mod measure;
 mod motion;
 mod overlap;
+mod reactions;
 mod resolution;
 mod saved;
+mod stability;
 mod statics;
 
 use serde::{Deserialize, Serialize};
@@ -27,6 +29,7 @@ use self::load_step::BrokenState;
 use self::loading::Loading;
 use self::motion::{Motion, Pass};
 pub use self::overlap::{Between, Overlap};
+use self::reactions::Reactions;
 pub use self::saved::SavedState;
 pub use self::statics::StaticEvidence;
 use self::statics::Statics;
@@ -84,6 +87,10 @@ pub struct Simulation {
     step: u64,
     steps: u64,
     ledger: Ledger,
+    /// Forces of the present state on the nodes of reaction probes.
+    reactions: Reactions,
+    /// The largest strain of a node at which the step was looked at.
+    looked_at: f64,
     crack: CrackFront,
     outcome: Outcome,
     overlap: Option<Overlap>,
@@ -108,6 +115,8 @@ struct About {
     softened: usize,
     #[serde(default)]
     overlap: Option<Overlap>,
+    looked_at: f64,
+    stable: Option<f64>,
 }
 
 impl Simulation {
@@ -157,6 +166,8 @@ impl Simulation {
             outcome: Outcome::Completed,
             overlap: None,
             broken: None,
+            reactions: Reactions::new(&problem),
+            looked_at: 0.0,
             problem,
             regions,
             bonds,
@@ -183,13 +194,14 @@ impl Simulation {
                 let damping = damping_of(&self.problem.schedule);
                 let mut motion = Motion::new(&self.problem, velocity, evidence.step, damping);
                 let at = (0.0, 0.5 * evidence.step);
-                let first = motion.kick(&self.problem, &self.loading, &mut self.bonds, &self.u, at, true)?;
+                let reactions = &mut self.reactions;
+                let first = motion.kick(&self.problem, &self.loading, &mut self.bonds, &self.u, at, true, reactions)?;
                 // Nothing lies behind the first pass.
                 let last = Pass { external: 0.0, damping: 0.0, ..first };
                 self.stage = Stage::Motion { motion, evidence, last };
                 self.settle_ledger(true)?;
                 self.ledger.initial = self.ledger.kinetic + self.ledger.strain + self.ledger.fracture;
-                Ok(())
+                self.check_step()
             }
         }
     }
@@ -246,11 +258,13 @@ impl Simulation {
             self.ledger.fracture += last.failure.ahead;
             motion.drift(&mut self.u);
             let at = (next as f64 * evidence.step, evidence.step);
-            *last = motion.kick(&self.problem, &self.loading, &mut self.bonds, &self.u, at, measured)?;
+            let reactions = &mut self.reactions;
+            *last = motion.kick(&self.problem, &self.loading, &mut self.bonds, &self.u, at, measured, reactions)?;
         }
         self.step = next;
         self.settle_ledger(measured)?;
         self.check_numbers()?;
+        self.check_step()?;
         if next.is_multiple_of((self.steps / LOOKS).max(1)) || next == self.steps {
             self.crack.look(&self.bonds, self.time(), self.ledger.fracture);
             self.look_for_overlap();
@@ -414,6 +428,8 @@ impl Simulation {
             fracture_ahead: 0.0,
             softened: softened.len(),
             overlap: self.overlap.clone(),
+            looked_at: self.looked_at,
+            stable: self.step_evidence().map(|e| e.stable),
         };
         let names = ["x", "y", "z"];
         let mut keep = |prefix: &str, field: VectorField| {
@@ -448,7 +464,8 @@ impl Simulation {
             Ok(VectorField { components: [x?, y?, z?] })
         };
         self.u.set(&field("displacement")?);
-        if let Stage::Motion { motion, last, .. } = &mut self.stage {
+        if let Stage::Motion { motion, evidence, last } = &mut self.stage {
+            evidence.stable = about.stable.unwrap_or(evidence.stable);
             motion.velocity = field("velocity")?;
             last.external_ahead = about.external_ahead;
             last.damping_ahead = about.damping_ahead;
@@ -460,6 +477,8 @@ impl Simulation {
         let bits = state.take_words("bonds", words)?;
         let softened = state.take_words("softened", about.softened)?;
         self.bonds.restore(&bits, &softened, &state.take_numbers("largest_stretch", about.softened)?)?;
+        self.reactions.forget();
+        self.looked_at = about.looked_at;
         self.step = about.step;
         self.overlap = about.overlap;
         self.ledger = about.ledger;

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::loading::{Factors, Loading};
+use super::reactions::Reactions;
 use crate::Result;
 use crate::experiment::problem::Problem;
 use crate::operator::grid::{FailingBonds, Failure, Padded};
@@ -44,6 +45,8 @@ pub(super) struct Pass {
     pub(super) strain: f64,
     /// Bonds that failed.
     pub(super) failure: Failure,
+    /// The largest ‖E‖ of a nodal term (–) at finite stretch.
+    pub(super) nodal_strain: f64,
 }
 
 /// A prescribed component of a row's node during a pass.
@@ -77,6 +80,8 @@ impl Motion {
     }
 
     /// Advance velocities by the forces at time t over `span` (s): Δt, or Δt/2 for the first kick, before which nothing moved.
+    /// The forces on the nodes of reaction probes are noted.
+    #[allow(clippy::too_many_arguments)] // all of them are parts of one simulation
     pub(super) fn kick(
         &mut self,
         problem: &Problem,
@@ -85,6 +90,7 @@ impl Motion {
         u: &Padded<f64>,
         (t, span): (f64, f64),
         measured: bool,
+        reactions: &mut Reactions,
     ) -> Result<Pass> {
         let n = problem.body.grid.nodes[0];
         let kinematics = problem.kinematics;
@@ -108,14 +114,18 @@ impl Motion {
             let nodes = number * n..(number + 1) * n;
             let [x, y, z] = &behind.components;
             let behind = [x, y, z].map(|v| &v[nodes.clone()]);
-            row.advance(number, &region[nodes], force, behind, velocity)
+            let of_node = |&node: &u32| Vector3::from(force.map(|f| f[node as usize - nodes.start]));
+            let held: Vec<Vector3<f64>> = reactions.within(nodes.clone()).iter().map(of_node).collect();
+            (row.advance(number, &region[nodes], force, behind, velocity), held)
         };
         let [x, y, z] = &mut self.velocity.components;
-        let (found, sums) = bonds.sweep(u, kinematics, [x, y, z], visit)?;
+        let (found, rows) = bonds.sweep(u, kinematics, [x, y, z], visit)?;
+        let nodal_strain = bonds.grid().largest_nodal_strain();
         failure += bonds.break_off(found, u, kinematics, way_behind, Some((&self.velocity, self.step)));
         let [external, external_ahead, damping, damping_ahead, kinetic, strain] =
-            sums.iter().fold([0.0; 6], |sum, row| std::array::from_fn(|i| sum[i] + row[i]));
-        Ok(Pass { kinetic, external, external_ahead, damping, damping_ahead, strain, failure })
+            rows.iter().fold([0.0; 6], |sum, (row, _)| std::array::from_fn(|i| sum[i] + row[i]));
+        reactions.note(rows.into_iter().flat_map(|(_, held)| held));
+        Ok(Pass { kinetic, external, external_ahead, damping, damping_ahead, strain, failure, nodal_strain })
     }
 }
 

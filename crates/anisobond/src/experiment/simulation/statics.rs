@@ -40,6 +40,8 @@ pub struct StaticEvidence {
 pub(super) struct Step {
     /// Of the last solve.
     pub(super) displacement: VectorField,
+    /// Forces of the bonds there (N).
+    pub(super) forces: VectorField,
     /// The equilibrium; `None` where the body broke.
     pub(super) evidence: Option<StaticEvidence>,
     pub(super) failure: Failure,
@@ -126,6 +128,7 @@ impl Statics {
         // What the loads do at an equilibrium, and what moves where nothing holds it.
         let (mut work, mut unheld) = (work_of(&loads.before, &start), None);
         let within = Cell::new(WithinStep::default());
+        let mut forces = VectorField::default();
         let solve = |bonds: &FailingBonds, from: &VectorField| {
             let ready = prepared.get_or_insert_with(|| Arc::new(Prepared::new(bonds, &supports, self.method)));
             let seen = |iterations, residual| look(&WithinStep { iterations, residual, ..within.get() });
@@ -152,7 +155,7 @@ impl Statics {
                 return Ok(Some((u, report)));
             }
             let first = usual == 0;
-            account.add(bonds, problem.kinematics, &loads, [from, &u], first);
+            forces = account.add(bonds, problem.kinematics, &loads, [from, &u], first);
             work = work.max(work_of(&loads.now, &u));
             // From now on loads rest.
             if first {
@@ -201,7 +204,7 @@ impl Statics {
             (None, Some(report)) => Some(StaticEvidence { equilibria, broken: failure.broken as u64, report }),
             _ => None,
         };
-        Ok(Step { displacement, evidence, failure, account, broke })
+        Ok(Step { displacement, forces, evidence, failure, account, broke })
     }
 }
 
@@ -232,7 +235,8 @@ fn not_found(settled: &Settled) -> Error {
 
 impl Account {
     /// Energies on the way from one state to another between which no bond fails: mean forces times the way, exact for linear
-    /// bonds. In the first of a load step loads and supports move, and bonds hold what they do; later they rest.
+    /// bonds. In the first of a load step loads and supports move, and bonds hold what they do; later they rest. Returns the
+    /// bonds' forces (N) in the second state.
     fn add(
         &mut self,
         bonds: &FailingBonds,
@@ -240,7 +244,7 @@ impl Account {
         loads: &Loads,
         [from, to]: [&VectorField; 2],
         first: bool,
-    ) {
+    ) -> VectorField {
         let forces_at = |u: &VectorField| {
             let mut f = VectorField::zeros(u.len());
             bonds.forces_of(u, kinematics, &mut f);
@@ -264,5 +268,6 @@ impl Account {
         if !first {
             self.released += unbalanced;
         }
+        g
     }
 }

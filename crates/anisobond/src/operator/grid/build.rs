@@ -1,6 +1,7 @@
 //! The bonds of a body, prepared for the kernels.
 
 use std::collections::HashMap;
+use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex, OnceLock};
 
 use nalgebra::Matrix3;
@@ -68,6 +69,10 @@ pub struct GridBonds<T: Real = f64> {
     pub(super) scratch: Mutex<Option<Padded<T>>>,
     /// P of the nodal term between passes.
     pub(super) nodal_scratch: Mutex<Option<[Padded<T>; 3]>>,
+    /// Passes over all bonds for forces.
+    pub(super) passes: AtomicU64,
+    /// Bits of the largest ‖E‖ of a node in the last pass.
+    pub(super) nodal_strain: AtomicU64,
 }
 
 /// Stencils of a vector's lanes; lanes that are not bulk have that of another.
@@ -132,6 +137,8 @@ impl<T: Real> GridBonds<T> {
             bulk_block: stencils.iter().map(|_| OnceLock::new()).collect(),
             scratch: Mutex::new(None),
             nodal_scratch: Mutex::new(None),
+            passes: AtomicU64::new(0),
+            nodal_strain: AtomicU64::new(0),
             offsets: Offsets::by_kind(&layout, &half, words),
             neighbourhood: neighbourhood.clone(),
             full: stencil.iter().all(|&s| s > 0),

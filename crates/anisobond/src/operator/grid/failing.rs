@@ -122,7 +122,7 @@ impl FailingBonds {
             }
         }
         soft.renew(begun);
-        let nodal = self.grid.clear_with_nodal(&events, u, behind.map(|(velocity, step)| (velocity, -step)));
+        let nodal = self.grid.clear_with_nodal(&events, u, kinematics, behind.map(|(velocity, step)| (velocity, -step)));
         Failure { energy: summed(&changes) + nodal, ..counted(&changes) }
     }
 
@@ -193,7 +193,7 @@ impl FailingBonds {
             })
         };
         let energy = events.iter().map(lost).sum();
-        let nodal = self.grid.clear_with_nodal(&events, u, ahead);
+        let nodal = self.grid.clear_with_nodal(&events, u, kinematics, ahead);
         Failure { broken: events.len(), changed: events.len(), energy, ahead: nodal }
     }
 
@@ -370,19 +370,20 @@ impl GridBonds<f64> {
 
     /// Break bonds, and return the energy (J) that nodal terms lose by it on a way from u or, with a negative time, to u.
     ///
-    /// On a way from u to u' a changing quadratic energy ½ B(u, u) loses ½ B(u, u') − ½ B'(u, u'), and ½ B(u, u') is the energy
-    /// of the mean of both less that of half their difference.
-    fn clear_with_nodal(&mut self, events: &[Event], u: &Padded<f64>, way: Option<Way>) -> f64 {
+    /// On a way w from u to u' a changing quadratic energy ½ B(u, u) loses ½ B(u, u') − ½ B'(u, u'), and ½ B(u, u') is the
+    /// energy of the mean of both less that of half their difference. Of any energy W it is W(u) + ½ W'(u) w, which at finite
+    /// stretch leaves an error of second order in the step.
+    fn clear_with_nodal(
+        &mut self,
+        events: &[Event],
+        u: &Padded<f64>,
+        kinematics: Kinematics,
+        way: Option<Way>,
+    ) -> f64 {
         let broken = || events.iter().map(|&(node, p)| (node as usize, usize::from(p)));
         if !self.has_nodal_term() || events.is_empty() {
             self.fail_bonds(broken());
             return 0.0;
-        }
-        let (mut middle, mut half_way) = (u.clone(), self.padded());
-        if let Some((velocity, step)) = way {
-            let [x, y, z] = &velocity.components;
-            middle.drift([x, y, z], 0.5 * step);
-            half_way.drift([x, y, z], 0.5 * step);
         }
         let other = |&(node, p): &Event| {
             let n = self.row_nodes();
@@ -391,10 +392,22 @@ impl GridBonds<f64> {
         let mut ends: Vec<usize> = events.iter().filter_map(other).chain(broken().map(|(node, _)| node)).collect();
         ends.sort_unstable();
         ends.dedup();
-        let energy = |bonds: &Self| -> f64 {
-            let of = |&node: &usize| bonds.nodal_state(&middle, node).0 - bonds.nodal_state(&half_way, node).0;
-            ends.iter().map(of).sum()
+        let (mut middle, mut half_way) = (u.clone(), self.padded());
+        if let (Some((velocity, step)), Kinematics::Linear) = (way, kinematics) {
+            let [x, y, z] = &velocity.components;
+            middle.drift([x, y, z], 0.5 * step);
+            half_way.drift([x, y, z], 0.5 * step);
+        }
+        let of = |bonds: &Self, node: usize| match kinematics {
+            Kinematics::Linear => {
+                bonds.nodal_state(&middle, kinematics, node).0 - bonds.nodal_state(&half_way, kinematics, node).0
+            }
+            Kinematics::Finite => {
+                let work = way.map_or(0.0, |way| 0.5 * bonds.nodal_work(u, node, way));
+                bonds.nodal_state(u, kinematics, node).0 + work
+            }
         };
+        let energy = |bonds: &Self| -> f64 { ends.iter().map(|&node| of(bonds, node)).sum() };
         let before = energy(self);
         self.fail_bonds(broken());
         before - energy(self)

@@ -1,8 +1,11 @@
 //! The nodal term (THEORY 6): energy ΔV ½ ε̄:Z:ε̄ of every node, ε̄ the symmetric part of the gradient that fits its
-//! unbroken bonds best, G = (Σ ω η⊗ξ) K⁻¹ with K = Σ ω ξ⊗ξ ([`crate::calibration::StrainAverage`]).
+//! unbroken bonds best, H = (Σ ω η⊗ξ) K⁻¹ with K = Σ ω ξ⊗ξ ([`crate::calibration::StrainAverage`]).
 //!
-//! With P = ΔV (Z:ε̄) K⁻¹ of each node, the force on node i is Σ ω (P_i + P_j) ξ over its unbroken bonds: two passes, and
-//! no matrix but K⁻¹ differs between bulk, surface and crack.
+//! With finite kinematics E takes the place of ε̄: F̄ = 1 + H, E = ½(F̄ᵀF̄ − 1) = sym(H + ½HᵀH), which no rigid turn changes
+//! (THEORY 10; the correspondence form of Silling et al. 2007, section 4, with the first Piola-Kirchhoff stress F̄ (Z:E)).
+//!
+//! With the pull P = ΔV (Z:ε̄) K⁻¹ of each node, at finite stretch ΔV F̄ (Z:E) K⁻¹, the force on node i is Σ ω (P_i + P_j) ξ
+//! over its unbroken bonds: two passes, and no matrix but K⁻¹ differs between bulk, surface and crack.
 //!
 //! A node with a failed bond has no nodal term any more: the average of fewer bonds may be a larger strain, and a failing bond
 //! would set more energy free than there is. What is cut before (pre-cracks) is a surface, and keeps it.
@@ -12,6 +15,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use super::build::GridBonds;
 use super::padded::Padded;
 use super::real::Real;
+use crate::operator::{Kinematics, VectorField};
 use crate::tensor::{PAIRS, mandel_weight};
 
 /// ‖K⁻¹‖ of the bulk relative to a node's, below which the node's bonds leave its strain undefined; it has no nodal term
@@ -36,8 +40,16 @@ fn matrix_of(v: &Vector6<f64>) -> Matrix3<f64> {
     m
 }
 
+/// ε̄ = sym H, or E = sym(H + ½HᵀH), of a gradient H.
+fn strain_of(kinematics: Kinematics, h: &Matrix3<f64>) -> Vector6<f64> {
+    match kinematics {
+        Kinematics::Linear => mandel_of(h),
+        Kinematics::Finite => mandel_of(&(h + 0.5 * h.transpose() * h)),
+    }
+}
+
 impl<T: Real> GridBonds<T> {
-    /// Whether any stencil has a nodal term. It is linear in the displacements under either kinematics.
+    /// Whether any stencil has a nodal term.
     pub fn has_nodal_term(&self) -> bool {
         self.stencils.iter().any(|s| s.nodal.is_some())
     }
@@ -82,31 +94,66 @@ impl<T: Real> GridBonds<T> {
         self.neighbourhood.bonds()[self.half.full[p]].influence
     }
 
-    /// Strain of a node (Kelvin-Mandel) and K⁻¹.
-    fn strain(&self, u: &Padded<T>, node: usize) -> (Vector6<f64>, Matrix3<f64>) {
-        let here = Vector3::from(u.at(node).map(T::f64));
+    /// H of a node.
+    fn gradient(&self, u: &Padded<T>, node: usize) -> Matrix3<f64> {
+        self.gradient_of(node, |node| Vector3::from(u.at(node).map(T::f64)))
+    }
+
+    /// (Σ ω η⊗ξ) K⁻¹ of a node, η the differences of a field.
+    fn gradient_of(&self, node: usize, at: impl Fn(usize) -> Vector3<f64>) -> Matrix3<f64> {
+        let here = at(node);
         let mut sum = Matrix3::zeros();
         self.for_ends(node, |p, ahead, other| {
             // ω η⊗ξ is the same whether the bond is seen from here or from its other end.
-            let eta = Vector3::from(u.at(other).map(T::f64)) - here;
+            let eta = at(other) - here;
             let sign = if ahead { 1.0 } else { -1.0 };
             sum += (sign * self.weight(p)) * eta * self.half.xi[p].transpose();
         });
-        let inverse = self.inverse_shape(node);
-        (mandel_of(&(sum * inverse)), inverse)
+        sum * self.inverse_shape(node)
     }
 
-    /// P = ΔV (Z:ε̄) K⁻¹ (N/m) of Σ ω η⊗ξ.
-    pub(super) fn pull_of(&self, z: &Matrix6<f64>, sum: &Matrix3<f64>, inverse: &Matrix3<f64>) -> Matrix3<f64> {
-        self.body.grid.spacing.powi(3) * matrix_of(&(z * mandel_of(&(sum * inverse)))) * inverse
+    /// P = ΔV (Z:ε̄) K⁻¹ or ΔV F̄ (Z:E) K⁻¹ (N/m) of Σ ω η⊗ξ, and ‖ε̄‖² or ‖E‖² (–).
+    pub(super) fn pull_of(
+        &self,
+        kinematics: Kinematics,
+        z: &Matrix6<f64>,
+        sum: &Matrix3<f64>,
+        inverse: &Matrix3<f64>,
+    ) -> (Matrix3<f64>, f64) {
+        let h = sum * inverse;
+        let strain = strain_of(kinematics, &h);
+        let stress = matrix_of(&(z * strain));
+        let nominal = match kinematics {
+            Kinematics::Linear => stress,
+            Kinematics::Finite => stress + h * stress,
+        };
+        (self.body.grid.spacing.powi(3) * nominal * inverse, strain.norm_squared())
     }
 
-    /// Energy (J) and stress Z:ε̄ (Pa) of a node's nodal term.
-    pub(super) fn nodal_state(&self, u: &Padded<T>, node: usize) -> (f64, Matrix3<f64>) {
+    /// Energy (J) and stress (Pa) of a node's nodal term: Z:ε̄, at finite stretch F̄ (Z:E) F̄ᵀ, the Kirchhoff stress.
+    pub(super) fn nodal_state(&self, u: &Padded<T>, kinematics: Kinematics, node: usize) -> (f64, Matrix3<f64>) {
         self.nodal_of(node).map_or((0.0, Matrix3::zeros()), |z| {
-            let (strain, _) = self.strain(u, node);
+            let h = self.gradient(u, node);
+            let strain = strain_of(kinematics, &h);
             let stress = z * strain;
-            (0.5 * self.body.grid.spacing.powi(3) * stress.dot(&strain), matrix_of(&stress))
+            let turned = match kinematics {
+                Kinematics::Linear => matrix_of(&stress),
+                Kinematics::Finite => {
+                    let f = Matrix3::identity() + h;
+                    f * matrix_of(&stress) * f.transpose()
+                }
+            };
+            (0.5 * self.body.grid.spacing.powi(3) * stress.dot(&strain), turned)
+        })
+    }
+
+    /// Change of a node's nodal energy (J) along displacements w (m) of all nodes, at u: ΔV F̄ (Z:E) : H(w).
+    pub(super) fn nodal_work(&self, u: &Padded<T>, node: usize, w: (&VectorField, f64)) -> f64 {
+        self.nodal_of(node).map_or(0.0, |z| {
+            let h = self.gradient(u, node);
+            let stress = matrix_of(&(z * strain_of(Kinematics::Finite, &h)));
+            let along = w.1 * self.gradient_of(node, |node| w.0.at(node));
+            self.body.grid.spacing.powi(3) * (stress + h * stress).dot(&along)
         })
     }
 

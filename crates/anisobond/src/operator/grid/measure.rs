@@ -15,7 +15,8 @@ use crate::operator::Kinematics;
 pub struct NodeState {
     /// Strain energy (J).
     pub energy: f64,
-    /// Virial stress ½ Σ f⊗(ξ or ξ+η) / ΔV of its bonds, and Z:ε̄ of the nodal term (Pa).
+    /// Virial stress ½ Σ f⊗(ξ or ξ+η) / ΔV of its bonds, and Z:ε̄ or F̄ (Z:E) F̄ᵀ of the nodal term (Pa). With finite
+    /// kinematics it is the Kirchhoff stress τ = J σ: present forces and lengths per volume before the deformation.
     pub stress: Matrix3<f64>,
 }
 
@@ -42,7 +43,7 @@ impl<T: Real> GridBonds<T> {
         let n = self.row_nodes();
         let rows: Vec<f64> = (0..self.layout.rows())
             .into_par_iter()
-            .map(|row| (row * n..(row + 1) * n).map(|node| self.nodal_state(u, node).0).sum())
+            .map(|row| (row * n..(row + 1) * n).map(|node| self.nodal_state(u, kinematics, node).0).sum())
             .collect();
         Ok(bonds + rows.iter().sum::<f64>())
     }
@@ -129,7 +130,7 @@ impl<T: Real> GridBonds<T> {
             }
         }
         state.stress /= self.body.grid.spacing.powi(3);
-        let (energy, stress) = self.nodal_state(u, node);
+        let (energy, stress) = self.nodal_state(u, kinematics, node);
         state.energy += energy;
         state.stress += stress;
         state

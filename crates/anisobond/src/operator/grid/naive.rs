@@ -6,7 +6,9 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::stencil::Stencil;
 use crate::lattice::{Body, Neighbourhood};
+use crate::operator::hybrid_naive::{double_dot, nodal_response};
 use crate::operator::{Kinematics, VectorField};
+use crate::tensor::Stiffness;
 
 /// A body's bonds, with the list of those that are broken.
 #[derive(Clone, Debug)]
@@ -28,15 +30,41 @@ pub struct NaiveBonds<'a> {
 pub struct NaiveResponse {
     /// Force on every node (N).
     pub forces: VectorField,
-    /// Energy of every node (J), half of each bond's.
+    /// Energy of every node (J), half of each bond's and its nodal term's.
     pub energy: Vec<f64>,
-    /// Virial stress of every node (Pa).
+    /// Virial stress of every node (Pa), with that of its nodal term; Kirchhoff's at finite stretch.
     pub stress: Vec<Matrix3<f64>>,
     /// Bonds above their critical stretch, each once.
     pub over: Vec<(usize, usize)>,
     /// Energy of those (J).
     pub energy_over: f64,
 }
+
+/// A node's nodal term: its Z, and the bonds that its gradient H = Σ η⊗g is the sum over.
+struct NodalEnds<'a> {
+    node: usize,
+    z: &'a Stiffness,
+    /// Other end, and g = ω K⁻¹ξ (1/m).
+    ends: Vec<(usize, Vector3<f64>)>,
+}
+
+impl NodalEnds<'_> {
+    fn gradient(&self, u: &VectorField) -> Matrix3<f64> {
+        self.ends.iter().fold(Matrix3::zeros(), |h, (other, g)| h + (u.at(*other) - u.at(self.node)) * g.transpose())
+    }
+
+    /// f += −∂(ΔV nominal : H)/∂u.
+    fn add_forces(&self, nominal: &Matrix3<f64>, volume: f64, f: &mut VectorField) {
+        for (other, g) in &self.ends {
+            let pull = volume * nominal * g;
+            f.set(self.node, &(f.at(self.node) + pull));
+            f.set(*other, &(f.at(*other) - pull));
+        }
+    }
+}
+
+/// Shape tensors flatter than this have no inverse, as in `hybrid`.
+const FLAT: f64 = 1e-6;
 
 impl NaiveBonds<'_> {
     /// Unbroken bonds with both ends: node, bond of the second half, other node.
@@ -59,6 +87,61 @@ impl NaiveBonds<'_> {
     fn mean(&self, of: fn(&Stencil) -> &[f64], node: usize, b: usize, other: usize) -> f64 {
         let at = |node: usize, b: usize| of(&self.stencils[usize::from(self.stencil[node]) - 1])[b];
         0.5 * (at(node, b) + at(other, self.neighbourhood.bonds().len() - 1 - b))
+    }
+
+    /// The nodes with a nodal term; every bond that is broken is taken as one cut beforehand.
+    fn nodal_terms(&self) -> Vec<NodalEnds<'_>> {
+        let list = self.neighbourhood.bonds();
+        let outer = |b: usize| list[b].influence * list[b].xi * list[b].xi.transpose();
+        let bulk = (0..list.len()).fold(Matrix3::zeros(), |k, b| k + outer(b)).try_inverse().unwrap_or_default();
+        let mut ends: Vec<Vec<(usize, usize, f64)>> = vec![vec![]; self.stencil.len()];
+        for (i, b, j) in self.bonds() {
+            ends[i].push((j, b, 1.0));
+            ends[j].push((i, b, -1.0));
+        }
+        let term = |(node, ends): (usize, &Vec<(usize, usize, f64)>)| {
+            let z = self.stencils.get(usize::from(self.stencil[node]).checked_sub(1)?)?.nodal.as_ref()?;
+            let shape = ends.iter().fold(Matrix3::zeros(), |k, (_, b, _)| k + outer(*b));
+            let inverse = shape.try_inverse().filter(|i| FLAT * i.norm() < bulk.norm())?;
+            let g = |b: usize| list[b].influence * (inverse * list[b].xi);
+            Some(NodalEnds { node, z, ends: ends.iter().map(|&(other, b, sign)| (other, sign * g(b))).collect() })
+        };
+        ends.iter().enumerate().filter_map(term).collect()
+    }
+
+    /// What displacements w (m) change of the forces (N) at displacements u (m): their derivative along w.
+    pub fn tangent(&self, u: &VectorField, kinematics: Kinematics, w: &VectorField) -> VectorField {
+        let mut f = VectorField::zeros(u.len());
+        for (i, b, j) in self.bonds() {
+            let xi = self.neighbourhood.bonds()[b].xi;
+            let (eta, way) = (u.at(j) - u.at(i), w.at(j) - w.at(i));
+            let k = self.mean(|s| &s.stiffness, i, b, j);
+            // k (n⊗n + (1 − |ξ|/ℓ)(1 − n⊗n)), ℓ = |ξ + η|.
+            let (n, across) = match kinematics {
+                Kinematics::Linear => (xi.normalize(), 0.0),
+                Kinematics::Finite => ((xi + eta).normalize(), 1.0 - xi.norm() / (xi + eta).norm()),
+            };
+            let along = n.dot(&way) * n;
+            let change = k * (along + across * (way - along));
+            f.set(i, &(f.at(i) + change));
+            f.set(j, &(f.at(j) - change));
+        }
+        let volume = self.body.grid.spacing.powi(3);
+        for term in self.nodal_terms() {
+            let (h, way) = (term.gradient(u), term.gradient(w));
+            let change = match kinematics {
+                Kinematics::Linear => nodal_response(term.z, kinematics, &way).2,
+                Kinematics::Finite => {
+                    // δP = δH (Z:E) + F̄ Z:sym(F̄ᵀδH).
+                    let deformation = Matrix3::identity() + h;
+                    let twice = deformation.transpose() * way;
+                    let strain = 0.5 * (twice + twice.transpose());
+                    way * nodal_response(term.z, kinematics, &h).1 + deformation * double_dot(term.z, &strain)
+                }
+            };
+            term.add_forces(&change, volume, &mut f);
+        }
+        f
     }
 
     /// Forces, energies and stresses of displacements (m). With `breaking`, bonds above their critical stretch exert no
@@ -98,6 +181,16 @@ impl NaiveBonds<'_> {
                 out.energy[node] += 0.5 * energy;
                 out.stress[node] += 0.5 * force * to.transpose() / volume;
             }
+        }
+        for term in self.nodal_terms() {
+            let h = term.gradient(u);
+            let (strain, stress, nominal) = nodal_response(term.z, kinematics, &h);
+            out.energy[term.node] += 0.5 * volume * stress.dot(&strain);
+            out.stress[term.node] += match kinematics {
+                Kinematics::Linear => nominal,
+                Kinematics::Finite => nominal * (Matrix3::identity() + h).transpose(),
+            };
+            term.add_forces(&nominal, volume, &mut out.forces);
         }
         out
     }

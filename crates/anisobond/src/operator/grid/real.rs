@@ -50,7 +50,7 @@ pub trait Real:
     fn natural(task: &Task<Self>, scratch: &mut Scratch<Self>, row: usize, events: &mut Vec<Event>);
     /// P of a row's nodes, compiled with this library.
     #[doc(hidden)]
-    fn pulls(task: &PullRow<Self>, to: [&mut [Self]; 3]);
+    fn pulls(task: &PullRow<Self>, to: [&mut [Self]; 3]) -> Self;
     /// Rounded from f64.
     fn of(x: f64) -> Self;
     /// As f64.
@@ -80,8 +80,8 @@ macro_rules! real {
             fn natural(task: &Task<Self>, scratch: &mut Scratch<Self>, row: usize, events: &mut Vec<Event>) {
                 strip::natural(task, scratch, row, events);
             }
-            fn pulls(task: &PullRow<Self>, to: [&mut [Self]; 3]) {
-                nodal::pulls(task, to);
+            fn pulls(task: &PullRow<Self>, to: [&mut [Self]; 3]) -> Self {
+                nodal::pulls(task, to)
             }
             #[inline(always)]
             fn of(x: f64) -> Self {

@@ -3,11 +3,12 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::build::GridBonds;
+use super::failing::FailingBonds;
 use super::real::Real;
 use super::stencil::outer;
 use crate::calibration::StrainAverage;
 use crate::operator::lanczos::{gaussian, lanczos_bound};
-use crate::operator::{GridOperator, VectorField};
+use crate::operator::{GridOperator, Kinematics, VectorField};
 use crate::{Error, Result};
 
 /// Points along each axis of the sampled zone; even, so that its faces, edges and corners are met.
@@ -20,9 +21,13 @@ const LAST_STEP: f64 = 1e-5;
 /// What a sampled maximum may miss after refinement, relative.
 const MISSED: f64 = 1e-8;
 
+/// The largest displacement of the differences that stand for a tangent, relative to the grid's spacing.
+const DIFFERENCE: f64 = 1e-6;
+
 impl<T: Real> GridBonds<T> {
     /// An upper bound of the largest eigenvalue of M⁻¹K (1/s²), with masses ρΔV from densities (kg/m³) by region
-    /// (that of region r is `density[r − 1]`). The step Δt = 2/√λ is stable for linear bonds.
+    /// (that of region r is `density[r − 1]`). The step Δt = 2/√λ is stable for linear bonds; [`FailingBonds::tangent_bound`]
+    /// is that of a state at finite stretch.
     ///
     /// The smallest of three bounds. Of plane waves: the largest eigenvalue of K(φ) = Σ k (2 − 2 cos φ·o) n⊗n over the Brillouin zone,
     /// k the largest of any stencil; exact for a periodic body of one stencil, and a bound for what is left when bonds of
@@ -32,19 +37,7 @@ impl<T: Real> GridBonds<T> {
     /// # Errors
     /// Densities that are missing or not positive.
     pub fn eigenvalue_bound(&self, density: &[f64]) -> Result<f64> {
-        let volume = self.body.grid.spacing.powi(3);
-        let mut mass = vec![f64::INFINITY; self.stencil.len()];
-        for (i, m) in mass.iter_mut().enumerate().filter(|(i, _)| self.stencil[*i] > 0) {
-            let region = usize::from(self.body.region[i]);
-            let rho = density.get(region - 1).copied().filter(|rho| rho.is_finite() && *rho > 0.0);
-            *m = volume
-                * rho.ok_or_else(|| {
-                    Error::input(
-                        format!("region {region} has no positive density"),
-                        "motion needs a density everywhere",
-                    )
-                })?;
-        }
+        let mass = self.masses(density)?;
         let lightest = mass.iter().copied().fold(f64::INFINITY, f64::min);
         let negative = self.stencils.iter().any(|s| s.stiffness.iter().any(|&k| k < 0.0));
         let nodal = self.stencils.iter().any(|s| s.nodal.is_some());
@@ -60,9 +53,27 @@ impl<T: Real> GridBonds<T> {
             bound = bound.min(nodes);
         }
         if self.stencils.len() > 1 || !bound.is_finite() {
-            bound = bound.min(self.lanczos_of(&mass));
+            bound = bound.min(lanczos_of(&mass, |u, f| self.forces(u, f)));
         }
         Ok(bound)
+    }
+
+    /// Masses of nodes (kg), infinite where there is none.
+    fn masses(&self, density: &[f64]) -> Result<Vec<f64>> {
+        let volume = self.body.grid.spacing.powi(3);
+        let mut mass = vec![f64::INFINITY; self.stencil.len()];
+        for (i, m) in mass.iter_mut().enumerate().filter(|(i, _)| self.stencil[*i] > 0) {
+            let region = usize::from(self.body.region[i]);
+            let rho = density.get(region - 1).copied().filter(|rho| rho.is_finite() && *rho > 0.0);
+            *m = volume
+                * rho.ok_or_else(|| {
+                    Error::input(
+                        format!("region {region} has no positive density"),
+                        "motion needs a density everywhere",
+                    )
+                })?;
+        }
+        Ok(mass)
     }
 
     /// Largest eigenvalue of K(φ) (N/m) over the zone, of the largest stiffnesses of all stencils and the first's nodal
@@ -117,22 +128,51 @@ impl<T: Real> GridBonds<T> {
         });
         Ok(refined.fold(0.0, f64::max) * (1.0 + MISSED))
     }
+}
 
-    /// A bound from Lanczos steps on M^(−1/2) K M^(−1/2), component by component.
-    fn lanczos_of(&self, mass: &[f64]) -> f64 {
-        let n = mass.len();
-        let scale: Vec<f64> = mass.iter().map(|m| if m.is_finite() { m.sqrt().recip() } else { 0.0 }).collect();
-        let of = |(a, i): (usize, usize)| if scale[i] > 0.0 { gaussian(3 * i as u64 + a as u64) } else { 0.0 };
-        let start = (0..3 * n).map(|k| of((k / n, k % n))).collect();
-        let (mut u, mut force) = (VectorField::zeros(n), VectorField::zeros(n));
-        lanczos_bound(start, |v, w| {
-            for (u, v) in u.components.iter_mut().zip(v.chunks_exact(n)) {
-                u.iter_mut().zip(v.iter().zip(&scale)).for_each(|(u, (v, s))| *u = v * s);
+impl FailingBonds {
+    /// An upper bound of the largest eigenvalue of M⁻¹K (1/s²), K the tangent at finite stretch of the bonds as they are at
+    /// displacements u (m), with densities as [`GridBonds::eigenvalue_bound`]; by Lanczos steps, too low with probability 10⁻⁹.
+    /// The tangent acts as the difference of the forces on both sides of u does.
+    ///
+    /// # Errors
+    /// As [`GridBonds::eigenvalue_bound`].
+    pub fn tangent_bound(&self, u: &VectorField, density: &[f64]) -> Result<f64> {
+        let mass = self.grid().masses(density)?;
+        let spacing = self.body().grid.spacing;
+        let (mut moved, mut behind) = (u.clone(), VectorField::zeros(u.len()));
+        Ok(lanczos_of(&mass, |way, f| {
+            let largest = way.components.iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
+            let h = DIFFERENCE * spacing / largest;
+            let mut at = |h: f64, f: &mut VectorField| {
+                for (to, (u, w)) in moved.components.iter_mut().zip(u.components.iter().zip(&way.components)) {
+                    to.iter_mut().zip(u.iter().zip(w)).for_each(|(to, (u, w))| *to = u + h * w);
+                }
+                self.forces_of(&moved, Kinematics::Finite, f);
+            };
+            at(-h, &mut behind);
+            at(h, f);
+            for (f, b) in f.components.iter_mut().zip(&behind.components) {
+                f.iter_mut().zip(b).for_each(|(f, b)| *f = (*f - b) / (2.0 * h));
             }
-            self.forces(&u, &mut force);
-            for (f, w) in force.components.iter().zip(w.chunks_exact_mut(n)) {
-                w.iter_mut().zip(f.iter().zip(&scale)).for_each(|(w, (f, s))| *w = -f * s);
-            }
-        })
+        }))
     }
+}
+
+/// A bound from Lanczos steps on M^(−1/2) K M^(−1/2), component by component; `forces(u, f)` gives f = −K u.
+fn lanczos_of(mass: &[f64], mut forces: impl FnMut(&VectorField, &mut VectorField)) -> f64 {
+    let n = mass.len();
+    let scale: Vec<f64> = mass.iter().map(|m| if m.is_finite() { m.sqrt().recip() } else { 0.0 }).collect();
+    let of = |(a, i): (usize, usize)| if scale[i] > 0.0 { gaussian(3 * i as u64 + a as u64) } else { 0.0 };
+    let start = (0..3 * n).map(|k| of((k / n, k % n))).collect();
+    let (mut u, mut force) = (VectorField::zeros(n), VectorField::zeros(n));
+    lanczos_bound(start, |v, w| {
+        for (u, v) in u.components.iter_mut().zip(v.chunks_exact(n)) {
+            u.iter_mut().zip(v.iter().zip(&scale)).for_each(|(u, (v, s))| *u = v * s);
+        }
+        forces(&u, &mut force);
+        for (f, w) in force.components.iter().zip(w.chunks_exact_mut(n)) {
+            w.iter_mut().zip(f.iter().zip(&scale)).for_each(|(w, (f, s))| *w = -f * s);
+        }
+    })
 }

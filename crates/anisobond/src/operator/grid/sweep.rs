@@ -1,5 +1,7 @@
 //! One pass over all rows: forces, and bonds that break.
 
+use std::sync::atomic::Ordering;
+
 use rayon::prelude::*;
 
 use super::ahead::Ahead;
@@ -63,6 +65,11 @@ impl<T: Real> GridBonds<T> {
         Ok(self.pass_breaking(u, kinematics, fields, visit))
     }
 
+    /// Passes over all bonds for forces so far.
+    pub fn passes(&self) -> u64 {
+        self.passes.load(Ordering::Relaxed)
+    }
+
     /// Displacements of other bonds are in another layout, or may be.
     pub(super) fn refuse_others(&self, u: &Padded<T>) -> Result<()> {
         match std::sync::Arc::ptr_eq(&u.layout, &self.layout) {
@@ -99,8 +106,9 @@ impl<T: Real> GridBonds<T> {
         visit: impl Fn(usize, [&[T]; 3], [&mut [V]; 3]) -> R + Sync,
     ) -> (Vec<R>, Vec<Event>) {
         let n = self.row_nodes();
+        self.passes.fetch_add(1, Ordering::Relaxed);
         let tables = self.tables(law, Wanted::Forces);
-        let nodal = self.nodal(u);
+        let nodal = self.nodal(u, law.kinematics);
         let mut parts: Vec<Option<[&mut [V]; 3]>> = self.parts(fields).into_iter().map(Some).collect();
         let order = self.layout.order.iter().filter_map(|&s| parts[s].take().map(|part| (s, part)));
         let mut visited: Vec<(usize, Vec<R>, Vec<Event>)> = order

@@ -6,7 +6,7 @@ use super::census::{Blocks, Census};
 use super::conjugate_gradients::{GridSolverReport, conjugate_gradients, reference};
 use super::free_modes::FreeModes;
 use super::multigrid::Smoothing;
-use super::nonlinear::nonlinear_gradients;
+use super::nonlinear::newton;
 use super::preconditioner::{NodeBlocks, Preconditioner, Scheme, TwoScale};
 use super::relaxation::relax;
 use super::supports::{Supports, check_load};
@@ -170,7 +170,7 @@ impl<'a> Equilibrium<'a> {
                 add_scaled(&mut u, 1.0, &step);
                 self.supports.impose(&mut u);
                 let mut report =
-                    nonlinear_gradients(self.operator, residual, &**p, &self.free, scale, &mut u, stopping, self.look);
+                    newton(self.operator, residual, &**p, &self.free, scale, &mut u, stopping, self.look);
                 report.iterations += linear.iterations;
                 report.applications += linear.applications + 1;
                 report

@@ -83,6 +83,11 @@ impl Particles {
         self.listed(|p| self.spin[p])
     }
 
+    /// Force of bonds and contacts (N) on a sphere as last computed.
+    pub fn force(&self, sphere: usize) -> Vector3<f64> {
+        Vector3::from(self.loads[self.place[sphere] as usize].force)
+    }
+
     /// Forces of bonds and contacts (N) as last computed, by sphere.
     pub fn forces(&self) -> Vec<Vector3<f64>> {
         self.listed(|p| Vector3::from(self.loads[p].force))
