@@ -3,10 +3,11 @@
 //! Materials that lie as layers of normal ν share the traction σ·ν and the strain in their plane, whatever the layers'
 //! thicknesses: three numbers each, from which the strain of every material follows (Backus 1962). A bond of direction n,
 //! of which the parts f_r lie in the materials r, is stretched by e = Σ f_r n·ε_r·n and should pull as the materials do on the
-//! mean over its parts, t = Σ f_r k_r n·ε_r·n, with k_r its stiffness wholly in r. Its stiffness is the one closest to that over
-//! the six states, each taken at the same energy:
+//! mean over its parts, t = Σ f_r k_r n·ε_r·n, and hold what they hold, w = Σ f_r k_r (n·ε_r·n)², with k_r its stiffness wholly
+//! in r. Over the six states, each taken at the same energy, the stiffness closest to the first is Σ e t / Σ e², that which gives
+//! the second Σ w / Σ e². It has three quarters of the one and a quarter of the other:
 //!
-//! k = Σ e t / Σ e².
+//! k = Σ (¾ e t + ¼ w) / Σ e².
 //!
 //! Across the layers, where k_r n·ε_r·n is the same in all, the parts are springs in series, 1/k = Σ f_r/k_r; along
 //! them, where the strain is the same, they lie side by side, k = Σ f_r k_r. Bonds between follow the state that stretches
@@ -19,6 +20,10 @@ use crate::tensor::{PAIRS, Stiffness, mandel_weight};
 /// Weight of states of strain in the plane beside those of traction, at equal energy. Less of it makes stacks of soft and
 /// stiff layers more exact across, and their stiff layers thinner along: measured in docs/bodies.md.
 const IN_PLANE: f64 = 0.5;
+
+/// Part of the stiffness that is by energy, the rest is by force: measured there too, between materials whose stiff directions
+/// differ.
+const BY_ENERGY: f64 = 0.25;
 
 /// Places of the strains that a traction on the layers works on (11, 13, 12), and of those in their plane (22, 33, 23).
 const ACROSS: [usize; 3] = [0, 4, 5];
@@ -43,9 +48,8 @@ impl Layers {
         let (mut compliance, mut in_plane) = (Matrix3::zeros(), Matrix3::zeros());
         for material in materials {
             let turned = material.rotated(&frame);
-            let block = |rows: [usize; 3], columns: [usize; 3]| {
-                Matrix3::from_fn(|i, j| turned.mandel()[(rows[i], columns[j])])
-            };
+            let block =
+                |rows: [usize; 3], columns: [usize; 3]| Matrix3::from_fn(|i, j| turned.mandel()[(rows[i], columns[j])]);
             let across = Cholesky::new(block(ACROSS, ACROSS))?.inverse();
             let coupling = block(ACROSS, ALONG);
             compliance += across;
@@ -76,18 +80,20 @@ impl Layers {
     pub fn stiffness(&self, direction: &Vector3<f64>, parts: &[(f64, f64)]) -> f64 {
         let n = self.frame * direction;
         let along = Vector6::from_fn(|a, _| n[PAIRS[a].0] * n[PAIRS[a].1] * mandel_weight(a));
-        let (mut stretch, mut pull) = (Vector6::zeros(), Vector6::zeros());
+        let (mut stretch, mut pull, mut energy) = (Vector6::zeros(), Vector6::zeros(), 0.0);
         let [mut least, mut largest] = [f64::INFINITY, f64::NEG_INFINITY];
         for (states, &(part, k)) in self.states.iter().zip(parts) {
-            let elongation = part * states.tr_mul(&along);
-            stretch += elongation;
-            pull += k * elongation;
+            let elongation = states.tr_mul(&along);
+            stretch += part * elongation;
+            pull += part * k * elongation;
+            energy += part * k * elongation.norm_squared();
             (least, largest) = (least.min(k), largest.max(k));
         }
         if least == largest {
             return least;
         }
-        (stretch.dot(&pull) / stretch.norm_squared()).clamp(least, largest)
+        let by_force = stretch.dot(&pull);
+        ((by_force + BY_ENERGY * (energy - by_force)) / stretch.norm_squared()).clamp(least, largest)
     }
 }
 

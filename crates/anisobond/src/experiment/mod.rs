@@ -29,7 +29,7 @@ pub use problem::{
     Schedule, Slice, Softening,
 };
 pub use simulation::{
-    CrackPath, CrackPoint, CrackTip, InterfaceEvidence, InterfaceFracture, Ledger, RegionEvidence, RunCost, SavedState, Simulation, StaticEvidence,
-    StepEvidence, TipPoint,
+    CrackPath, CrackPoint, CrackTip, InterfaceEvidence, InterfaceFracture, Ledger, RegionEvidence, RunCost, SavedState,
+    Simulation, StaticEvidence, StepEvidence, TipPoint,
 };
 pub use verification::{Finding, Verdict};

@@ -63,9 +63,8 @@ pub(super) fn interfaces(problem: &Problem, bonds: &FailingBonds) -> Vec<Interfa
         FractureEnergy::Directional(values) => EnergyByNormal::through(values).ok().map(|energy| energy.at(n)),
         FractureEnergy::Stretch(_) => None,
     };
-    let stretch = |region: u16| {
-        matches!(problem.regions[usize::from(region) - 1].fracture, Some(FractureEnergy::Stretch(_)))
-    };
+    let stretch =
+        |region: u16| matches!(problem.regions[usize::from(region) - 1].fracture, Some(FractureEnergy::Stretch(_)));
     // A softening bond takes r times the energy at the onset of its damage.
     let ratio = match problem.softening {
         Softening::Brittle => 1.0,

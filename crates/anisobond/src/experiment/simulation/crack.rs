@@ -88,7 +88,12 @@ impl CrackFront {
 
     /// Share of the energy spent by failing bonds (–) whose ends are no nodes of cracks nor within reach of one along the
     /// grid's axes; `None` where nothing has failed.
-    pub(super) fn away_from_cracks(&self, grid: &Grid, neighbourhood: &Neighbourhood, bonds: &FailingBonds) -> Option<f64> {
+    pub(super) fn away_from_cracks(
+        &self,
+        grid: &Grid,
+        neighbourhood: &Neighbourhood,
+        bonds: &FailingBonds,
+    ) -> Option<f64> {
         if self.times.is_empty() || self.seen == 0.0 {
             return None;
         }

@@ -31,7 +31,11 @@ impl FailingBonds {
                 let whole = if ahead { grid.own_bit(row, e, p) } else { grid.opposite_bit(row, e, p) };
                 if critical.is_finite() && k > 0.0 {
                     let spent = if whole { 0.0 } else { self.spent(node, p, ahead) };
-                    visit(BondLoss { xi: sign * half.xi[p], energy: 0.5 * k * (critical * half.xi[p].norm()).powi(2), spent });
+                    visit(BondLoss {
+                        xi: sign * half.xi[p],
+                        energy: 0.5 * k * (critical * half.xi[p].norm()).powi(2),
+                        spent,
+                    });
                 }
             }
         }

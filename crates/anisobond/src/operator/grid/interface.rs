@@ -85,7 +85,10 @@ impl<'a, T: Real> Interfaces<'a, T> {
         let shares: Vec<(f64, f64)> = parts.iter().map(|part| (part.share, part.stiffness)).collect();
         let beside = || shares.iter().map(|(share, k)| share * k).sum();
         let stiffness = layers.as_ref().map_or_else(beside, |layers| layers.stiffness(&xi.normalize(), &shares));
-        Some([stiffness, weakest(&parts, stiffness).filter(|_| !self.is_spared(first, p, second)).unwrap_or(f64::INFINITY)])
+        Some([
+            stiffness,
+            weakest(&parts, stiffness).filter(|_| !self.is_spared(first, p, second)).unwrap_or(f64::INFINITY),
+        ])
     }
 
     /// The regions on a bond's way in the order in which it meets them; places without a node count for nothing. At its ends a
@@ -192,7 +195,9 @@ impl<T: Real> GridBonds<T> {
             for axis in 0..3 {
                 let mut offset = [0; 3];
                 offset[axis] = 1;
-                let Some((other, pair)) = self.node_at(row, e, offset).and_then(|o| Some((o, pair(o)?))) else { continue };
+                let Some((other, pair)) = self.node_at(row, e, offset).and_then(|o| Some((o, pair(o)?))) else {
+                    continue;
+                };
                 let face = Vector3::ith(axis, 1.0);
                 let normal = known.normal(node, other).unwrap_or(face);
                 let interface = found.entry(pair).or_insert_with(|| new(pair));
@@ -242,7 +247,8 @@ mod tests {
             let mut walked: HashMap<[i32; 3], f64> = HashMap::new();
             for step in 0..steps {
                 let at = (f64::from(step) + 0.5) / f64::from(steps);
-                *walked.entry(offset.map(|n| (at * f64::from(n)).round() as i32)).or_insert(0.0) += 1.0 / f64::from(steps);
+                *walked.entry(offset.map(|n| (at * f64::from(n)).round() as i32)).or_insert(0.0) +=
+                    1.0 / f64::from(steps);
             }
             for (cell, part) in &way {
                 assert!((walked[cell] - part).abs() < 1e-3, "{offset:?}: {cell:?} {part}");

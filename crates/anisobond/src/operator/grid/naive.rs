@@ -105,9 +105,9 @@ impl NaiveBonds<'_> {
             None => by_part.iter().map(|(share, k)| share * k).sum(),
         };
         let energies = parts.iter().map(|(_, [k, s])| k * s * s).filter(|e| e.is_finite() && *e > 0.0);
-        let spared = [(node, b), (other, opposite)].into_iter().any(|(end, b)| {
-            of(self.body.region[end], b)[1].is_finite() && of(self.stencil[end], b)[1].is_infinite()
-        });
+        let spared = [(node, b), (other, opposite)]
+            .into_iter()
+            .any(|(end, b)| of(self.body.region[end], b)[1].is_finite() && of(self.stencil[end], b)[1].is_infinite());
         match energies.reduce(f64::min) {
             Some(energy) if k > 0.0 && !spared => [k, (energy / k).sqrt()],
             _ => [k, f64::INFINITY],

@@ -121,10 +121,7 @@ impl<T: Real> Surroundings<T> {
 
     /// Bytes of memory.
     pub fn bytes(&self) -> usize {
-        4 * self.of.len()
-            + 2 * self.unbroken.len()
-            + self.stiffness.bytes()
-            + self.critical.bytes()
+        4 * self.of.len() + 2 * self.unbroken.len() + self.stiffness.bytes() + self.critical.bytes()
     }
 }
 
