@@ -263,7 +263,7 @@ on = "x-max"
         Crack::Disc { centre: Vector3::new(5e-3, 0.0, 0.0), normal: Vector3::x(), radius: f64::INFINITY }
     );
     let (left, right) = (Vector3::new(7.5e-3, 1.5e-3, 0.5e-3), Vector3::new(7.5e-3, 2.5e-3, 0.5e-3));
-    assert!(p.cracks[3].cuts(&left, &right) && !p.cracks[2].cuts(&left, &right));
+    assert!(p.cracks[3].cuts(&left, &right, 1e-12) && !p.cracks[2].cuts(&left, &right, 1e-12));
     assert_eq!(p.probes[0].nodes.len(), 2);
     assert_eq!(p.probes[1].nodes, [239]);
     assert_eq!(p.probes[2].nodes.len(), 24);

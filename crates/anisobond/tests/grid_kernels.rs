@@ -35,6 +35,10 @@ enum Fill {
     Layers,
     /// A stencil by node at random, of three.
     Mixed,
+    /// Three regions by layers along the first axis, and some nodes missing.
+    Regions,
+    /// A region by node at random, of three.
+    Grains,
 }
 
 struct Setup {
@@ -80,10 +84,13 @@ fn setup(nodes: [usize; 3], periodic: [bool; 3], shape: Shape, horizon: f64, fil
         .map(|i| match (body.region[i], fill) {
             (0, _) => 0,
             (_, Fill::Full | Fill::Voids) => 1,
-            (_, Fill::Layers) => 1 + (i % nodes[0] * 3 / nodes[0]) as u16,
-            (_, Fill::Mixed) => 1 + ((1.0 + noise(900 + i as u64)) * 1.5) as u16,
+            (_, Fill::Layers | Fill::Regions) => 1 + (i % nodes[0] * 3 / nodes[0]) as u16,
+            (_, Fill::Mixed | Fill::Grains) => 1 + ((1.0 + noise(900 + i as u64)) * 1.5) as u16,
         })
         .collect();
+    if matches!(fill, Fill::Regions | Fill::Grains) {
+        body.region.clone_from(&stencil);
+    }
     Setup { neighbourhood, body, stencil, stencils }
 }
 
@@ -131,7 +138,7 @@ fn forces<T: Real>(bonds: &GridBonds<T>, u: &VectorField, kinematics: Kinematics
 fn table() -> Vec<Setup> {
     let sphere = |radius| Shape::Sphere { radius };
     let mut table = vec![];
-    let fills = [Fill::Full, Fill::Voids, Fill::Layers, Fill::Mixed];
+    let fills = [Fill::Full, Fill::Voids, Fill::Layers, Fill::Mixed, Fill::Regions, Fill::Grains];
     let grids = [[8, 5, 4], [19, 4, 3], [7, 9, 1], [1, 6, 5], [33, 3, 2], [3, 2, 2]];
     let periods = [[true; 3], [false; 3], [true, false, true], [false, true, false]];
     let shapes = [

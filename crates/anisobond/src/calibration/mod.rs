@@ -26,6 +26,7 @@ mod fracture;
 mod free_rotations;
 mod hybrid;
 mod lattice_stiffness;
+mod layers;
 mod least_norm;
 mod least_trace;
 mod micropolar;
@@ -49,6 +50,7 @@ pub use fracture::{CrackPlanes, CriticalStretches, FractureReport, fracture_ener
 pub use free_rotations::{sum_for_free_rotations, with_free_rotations};
 pub use hybrid::{HybridCalibration, HybridCalibrator, HybridForm, TraceEvidence};
 pub use lattice_stiffness::{LatticeStiffness, PI_HAT, lattice_mu};
+pub use layers::Layers;
 pub(crate) use microplane::strain_dot;
 pub use microplane::{
     DirectionModuli, EllipticFit, EllipticMicroplane, EllipticModuli, TransverseConstants, axis_of_strike_and_dip,

@@ -33,7 +33,7 @@ pub use problem::{
     Schedule, Slice, Softening,
 };
 pub use simulation::{
-    Between, CrackPath, CrackPoint, CrackTip, Ledger, Overlap, RegionEvidence, RunCost, SavedState, Simulation,
-    StaticEvidence, StepEvidence, TipPoint,
+    Between, CrackPath, CrackPoint, CrackTip, InterfaceEvidence, InterfaceFracture, Ledger, Overlap, RegionEvidence,
+    RunCost, SavedState, Simulation, StaticEvidence, StepEvidence, TipPoint,
 };
 pub use verification::{Finding, Verdict};

@@ -130,29 +130,35 @@ pub enum Crack {
 }
 
 impl Crack {
-    /// Whether the bond from p to q (m) passes through the surface. A bond with an end in the crack's plane counts for
-    /// the end on the side of the normal, so that a plane through nodes cuts each bond once.
-    pub fn cuts(&self, p: &Vector3<f64>, q: &Vector3<f64>) -> bool {
+    /// Whether the bond from p to q (m) passes through the surface, to a tolerance (m) far above the rounding of places and far
+    /// below their distances: [`Crack::TIE`] spacings, or radii of the smallest sphere.
+    ///
+    /// What is as near to the surface's plane as the tolerance is on the side of the normal, so that a plane through nodes cuts
+    /// each bond once and bonds in it not at all; what passes as near to its rim is cut. So a crack along lines of the lattice
+    /// cuts whole families of bonds, whatever its direction, as one does that is a little off the nodes.
+    pub fn cuts(&self, p: &Vector3<f64>, q: &Vector3<f64>, tolerance: f64) -> bool {
         let (origin, normal) = match self {
             Crack::Disc { centre, normal, .. } => (centre, *normal),
-            Crack::Parallelogram { corner, a, b } => (corner, a.cross(b)),
+            Crack::Parallelogram { corner, a, b } => (corner, a.cross(b).normalize()),
         };
         let (dp, dq) = (normal.dot(&(p - origin)), normal.dot(&(q - origin)));
-        if (dp < 0.0) == (dq < 0.0) {
+        if (dp < -tolerance) == (dq < -tolerance) {
             return false;
         }
-        let hit = p + (q - p) * (dp / (dp - dq)) - origin;
+        let hit = p + (q - p) * (dp / (dp - dq)).clamp(0.0, 1.0) - origin;
         match self {
-            Crack::Disc { radius, .. } => hit.norm() <= *radius,
+            Crack::Disc { radius, .. } => hit.norm() <= radius + tolerance,
             Crack::Parallelogram { a, b, .. } => {
-                let (aa, ab, bb) = (a.dot(a), a.dot(b), b.dot(b));
-                let (ha, hb) = (hit.dot(a), hit.dot(b));
-                let determinant = aa * bb - ab * ab;
-                let (s, t) = ((ha * bb - hb * ab) / determinant, (hb * aa - ha * ab) / determinant);
-                (0.0..=1.0).contains(&s) && (0.0..=1.0).contains(&t)
+                // Distances from the edges that begin at the corner, and the extents across them.
+                let (across_b, across_a) = (b.cross(&normal).normalize(), normal.cross(a).normalize());
+                let within = |x: f64, extent: f64| (-tolerance..=extent + tolerance).contains(&x);
+                within(across_b.dot(&hit), across_b.dot(a)) && within(across_a.dot(&hit), across_a.dot(b))
             }
         }
     }
+
+    /// The tolerance of [`Crack::cuts`] in spacings: that by which bodies decide about nodes on their faces.
+    pub const TIE: f64 = 1e-9;
 }
 
 /// How a bond fails.

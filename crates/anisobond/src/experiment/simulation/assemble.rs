@@ -2,15 +2,16 @@
 
 use std::collections::HashMap;
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::calibration::{
     CrackPlanes, CriticalStretches, EnergyByNormal, FractureReport, HybridForm, LowerBound, Model, ModelCalibrator,
     ModelSettings, Outcome, StabilityEvidence, SurfaceStencil, surface_stencils,
 };
-use crate::experiment::problem::{FractureEnergy, Problem, RegionMaterial, Softening};
+use crate::experiment::problem::{Crack, FractureEnergy, Problem, RegionMaterial, Softening};
 use crate::lattice::Neighbourhood;
-use crate::operator::grid::{FailingBonds, GridBonds, LinearSoftening, Stencil};
+use crate::operator::grid::{FailingBonds, GridBonds, InterfaceBonds, LinearSoftening, Stencil};
 use crate::tensor::Stiffness;
 use crate::{Error, Result};
 
@@ -31,6 +32,68 @@ pub struct RegionEvidence {
     pub outcome: Outcome,
     /// Fracture energy, wanted and reached; `None` where bonds do not break, or break at a given stretch.
     pub fracture: Option<FractureReport>,
+}
+
+/// What the bonds between two regions are.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct InterfaceEvidence {
+    /// Names of the regions.
+    pub regions: [String; 2],
+    /// Bonds with one end in each, pre-cracks cut.
+    pub bonds: usize,
+    /// Area (m²).
+    pub area: f64,
+    /// Where the stiffness of these bonds comes from: "layers", the regions' own as those of layers.
+    pub stiffness: String,
+    /// Of the bonds, those that never break.
+    pub unbreakable: usize,
+    /// Fracture energy of the interface (J/m²); `None` where its bonds do not break.
+    pub fracture: Option<InterfaceFracture>,
+}
+
+/// Fracture energy of an interface (J/m²).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct InterfaceFracture {
+    /// The smaller of what the two regions' materials want there; `None` where a critical stretch is given instead.
+    pub wanted: Option<f64>,
+    /// The energy of all bonds between the two regions at their critical stretches, by area.
+    pub reached: f64,
+}
+
+/// What the bonds between regions are, pair by pair.
+pub(super) fn interfaces(problem: &Problem, bonds: &FailingBonds) -> Vec<InterfaceEvidence> {
+    let wanted = |region: u16, n: &Vector3<f64>| match problem.regions[usize::from(region) - 1].fracture.as_ref()? {
+        FractureEnergy::Isotropic(energy) => Some(*energy),
+        FractureEnergy::Directional(values) => EnergyByNormal::through(values).ok().map(|energy| energy.at(n)),
+        FractureEnergy::Stretch(_) => None,
+    };
+    let stretch =
+        |region: u16| matches!(problem.regions[usize::from(region) - 1].fracture, Some(FractureEnergy::Stretch(_)));
+    // A softening bond takes r times the energy at the onset of its damage.
+    let ratio = match problem.softening {
+        Softening::Brittle => 1.0,
+        Softening::Linear { ratio } => ratio,
+    };
+    let evidence = |found: InterfaceBonds| {
+        let area: f64 = found.pieces.iter().map(|(_, area)| area).sum();
+        let weaker = |(n, area): &(Vector3<f64>, f64)| {
+            found.regions.iter().filter_map(|&r| wanted(r, n)).reduce(f64::min).map(|energy| energy * area)
+        };
+        let whole: Option<f64> = found.pieces.iter().map(weaker).sum();
+        let breaks = found.bonds > found.unbreakable && area > 0.0;
+        InterfaceEvidence {
+            regions: found.regions.map(|r| problem.regions[usize::from(r) - 1].name.clone()),
+            bonds: found.bonds,
+            area,
+            stiffness: "layers".into(),
+            unbreakable: found.unbreakable,
+            fracture: breaks.then(|| InterfaceFracture {
+                wanted: whole.filter(|_| !found.regions.iter().any(|&r| stretch(r))).map(|whole| whole / area),
+                reached: ratio * found.energy / area,
+            }),
+        }
+    };
+    bonds.grid().interfaces().into_iter().map(evidence).collect()
 }
 
 /// Deviations of the reached fracture energy from the wanted one, root mean square and largest, above which a run is warned of.
@@ -137,7 +200,7 @@ fn critical(
 fn crack_planes(problem: &Problem) -> CrackPlanes {
     let grid = &problem.body.grid;
     let layer = (0..3).find(|&a| grid.periodic[a] && grid.nodes[a] == 1);
-    layer.map_or(CrackPlanes::All, |a| CrackPlanes::Around(nalgebra::Vector3::ith(a, 1.0)))
+    layer.map_or(CrackPlanes::All, |a| CrackPlanes::Around(Vector3::ith(a, 1.0)))
 }
 
 /// Whether a material is isotropic to rounding.
@@ -162,7 +225,7 @@ pub(super) fn bonds(problem: &Problem) -> Result<(FailingBonds, Vec<RegionEviden
     let (of_node, stencils) = spare(problem, of_node, stencils)?;
     let mut bonds = GridBonds::new(problem.body.clone(), neighbourhood, of_node, stencils)?;
     for crack in &problem.cracks {
-        bonds.cut(|p, q| crack.cuts(p, q));
+        bonds.cut(|p, q| crack.cuts(p, q, Crack::TIE * neighbourhood.spacing()));
     }
     let bonds = match problem.softening {
         Softening::Brittle => FailingBonds::brittle(bonds),
@@ -193,11 +256,18 @@ fn spare(problem: &Problem, mut of_node: Vec<u16>, mut stencils: Vec<Stencil>) -
 
 /// Whether no pre-crack cuts a bond of a node.
 fn connected(problem: &Problem) -> impl Fn(usize, usize) -> bool + Sync + '_ {
-    let bonds = problem.neighbourhood.bonds();
+    let (grid, bonds) = (&problem.body.grid, problem.neighbourhood.bonds());
+    let tolerance = Crack::TIE * problem.neighbourhood.spacing();
     move |node, bond| {
-        // A bond is cut as seen from its first end, the one whose offset is positive.
-        let (p, xi) = (problem.body.grid.position(node), bonds[bond].xi);
-        let (from, to) = if bond >= bonds.len() / 2 { (p, p + xi) } else { (p + xi, p) };
-        !problem.cracks.iter().any(|crack| crack.cuts(&from, &to))
+        // A bond is cut as seen from its first end, from which its offset is positive.
+        let (first, bond) = match bond >= bonds.len() / 2 {
+            true => (Some(node), bond),
+            false => (grid.neighbour(node, bonds[bond].offset), bonds.len() - 1 - bond),
+        };
+        first.is_some_and(|first| {
+            let from = grid.position(first);
+            let to = from + bonds[bond].xi;
+            !problem.cracks.iter().any(|crack| crack.cuts(&from, &to, tolerance))
+        })
     }
 }

@@ -17,6 +17,10 @@ const REACH: i32 = 6;
 /// Part of the way over which the tip's largest speed is taken.
 pub(super) const WINDOW: f64 = 0.2;
 
+/// Share of a crack's nodes all of whose neighbours along the axes are cracked, above which it is a zone and not a surface: of a
+/// crack with two rows of nodes none is.
+const ZONE: f64 = 0.3;
+
 /// A node of a crack.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CrackPoint {
@@ -47,6 +51,9 @@ pub struct CrackPath {
     pub speed: Option<f64>,
     /// The largest mean speed over a fifth of the way (m/s).
     pub largest_speed: Option<f64>,
+    /// Whether its nodes fill a zone, several nodes thick, instead of lying on a surface. Of its tips only the farthest is told then.
+    #[serde(default)]
+    pub diffuse: bool,
     /// Its tips, the longest first; a crack that does not branch has one. In a body of many layers they are points of its front.
     pub tips: Vec<CrackTip>,
     /// Its nodes in the order of time.
@@ -99,6 +106,21 @@ fn components(grid: &Grid, nodes: &[usize], hops: &[([i32; 3], f64)]) -> Vec<Vec
     found
 }
 
+/// Whether nodes fill a zone.
+fn is_zone(grid: &Grid, times: &[f64], nodes: &[usize]) -> bool {
+    let sides = (0..3).filter(|&a| grid.nodes[a] > 1).flat_map(|a| {
+        [1, -1].map(|way| {
+            let mut offset = [0; 3];
+            offset[a] = way;
+            offset
+        })
+    });
+    let sides: Vec<[i32; 3]> = sides.collect();
+    let cracked = |node: usize, side: &[i32; 3]| grid.neighbour(node, *side).is_some_and(|other| times[other] < WHOLE);
+    let inner = nodes.iter().filter(|&&node| sides.iter().all(|side| cracked(node, side))).count();
+    inner as f64 > ZONE * nodes.len() as f64
+}
+
 fn path(grid: &Grid, times: &[f64], nodes: &[usize], hops: &[([i32; 3], f64)], motion: bool) -> CrackPath {
     let ways = ways(grid, times, nodes, hops);
     let point = |&node: &usize| CrackPoint { place: grid.position(node), time: times[node], way: ways[&node] };
@@ -111,6 +133,11 @@ fn path(grid: &Grid, times: &[f64], nodes: &[usize], hops: &[([i32; 3], f64)], m
     let history = tip_history(&points);
     let moving = motion && history.len() >= 3;
     let largest = history.iter().filter_map(|from| speed_from(from, &history, WINDOW * tip.way));
+    let diffuse = is_zone(grid, times, nodes);
+    let mut tips = crack_tips(grid, times, &ways, hops, motion);
+    if diffuse {
+        tips.truncate(1);
+    }
     CrackPath {
         length: tip.way,
         nodes: points.len(),
@@ -120,7 +147,8 @@ fn path(grid: &Grid, times: &[f64], nodes: &[usize], hops: &[([i32; 3], f64)], m
         times: [points[0].time, points[points.len() - 1].time],
         speed: moving.then(|| slope(&history)),
         largest_speed: largest.reduce(f64::max).filter(|_| moving),
-        tips: crack_tips(grid, times, &ways, hops, motion),
+        diffuse,
+        tips,
         points,
     }
 }
@@ -263,6 +291,26 @@ mod tests {
         assert!((angle(first) + angle(second)).abs() < 2.0 && (angle(first).abs() - 25.0).abs() < 1.5);
         let (parent, between) = second.branch.unwrap();
         assert!(parent == 1 && (between - 50.0).abs() < 3.0, "{between}°");
+    }
+
+    /// A wide band of cracked nodes is a zone; cracks of two rows, which may branch, are none.
+    #[test]
+    fn a_zone_is_told_from_a_crack() {
+        let grid = Grid::new([60, 40, 1], 1e-3, Vector3::zeros(), [false, false, true]).unwrap();
+        for (rows, zone) in [(1, false), (2, false), (3, true), (12, true)] {
+            let mut times = vec![WHOLE; grid.len()];
+            for (node, time) in times.iter_mut().enumerate() {
+                let [i, j, _] = grid.coordinates(node);
+                if (10..50).contains(&i) && (10..10 + rows).contains(&j) {
+                    *time = i as f64;
+                }
+            }
+            let [crack] = &crack_paths(&grid, &times, true)[..] else { panic!("{rows}") };
+            assert_eq!(crack.diffuse, zone, "{rows} rows");
+            assert!(!zone || crack.tips.len() == 1);
+        }
+        let (grid, times) = grown(30.0e-3, &[25.0, -25.0], 1000.0);
+        assert!(!crack_paths(&grid, &times, true)[0].diffuse);
     }
 
     /// Without a pre-crack the way begins at the first node; in equilibrium there is no speed.

@@ -19,7 +19,7 @@ mod statics;
 
 use serde::{Deserialize, Serialize};
 
-pub use self::assemble::RegionEvidence;
+pub use self::assemble::{InterfaceEvidence, InterfaceFracture, RegionEvidence};
 pub use self::cost::RunCost;
 use self::crack::CrackFront;
 pub use self::crack_path::{CrackPath, CrackPoint};
@@ -56,6 +56,9 @@ const DRIFT: f64 = 0.02;
 /// and strain energies swing to 50 times their sum.
 const EXPLODED: f64 = 1e4;
 
+/// Share of the energy of failed bonds away from cracks above which a run is warned of.
+const DIFFUSE: f64 = 0.3;
+
 /// How often a motion's cracks are looked at, while they grow.
 const LOOKS: u64 = 100;
 
@@ -79,6 +82,7 @@ impl StepEvidence {
 pub struct Simulation {
     problem: Checked<Problem>,
     regions: Vec<RegionEvidence>,
+    interfaces: Vec<InterfaceEvidence>,
     bonds: FailingBonds,
     bond_count: u64,
     loading: Loading,
@@ -159,6 +163,7 @@ impl Simulation {
             bond_count: bonds.grid().unbroken() as u64,
             u: bonds.grid().padded(),
             crack: CrackFront::new(&problem, &bonds),
+            interfaces: assemble::interfaces(&problem, &bonds),
             stage: Stage::Equilibrium { statics: statics_of(&problem.schedule), last: None },
             step: 0,
             steps: 1,
@@ -377,6 +382,11 @@ impl Simulation {
         &self.regions
     }
 
+    /// What the bonds between regions are, by pairs of regions.
+    pub fn interfaces(&self) -> &[InterfaceEvidence] {
+        &self.interfaces
+    }
+
     /// What a user should know of this run.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
@@ -393,6 +403,27 @@ impl Simulation {
         let spacing = self.problem.body.grid.spacing;
         let overlap = self.overlap.as_ref().map(|o| o.warning(spacing, self.is_motion()));
         broke.into_iter().chain(overlap).chain(drift_warning(&self.ledger, self.is_motion())).collect()
+    }
+
+    /// Share of the energy spent by failing bonds (–) that lies beyond the reach of every crack; `None` where nothing has failed.
+    pub fn diffuse_damage(&self) -> Option<f64> {
+        self.crack.away_from_cracks(&self.problem.body.grid, &self.problem.neighbourhood, &self.bonds)
+    }
+
+    /// A warning where damage is diffuse: the list of cracks does not tell where it is.
+    pub fn diffuse_warning(&self, cracks: &[CrackPath], diffuse: Option<f64>) -> Option<String> {
+        let zones = cracks.iter().filter(|crack| crack.diffuse).count();
+        match diffuse {
+            Some(share) if share > DIFFUSE => Some(format!(
+                "damage is diffuse: {:.0} % of the energy of failed bonds lies away from cracks; see the field damage",
+                100.0 * share
+            )),
+            _ if zones > 0 => Some(format!(
+                "damage is diffuse: {zones} of {} cracks found are zones several nodes thick; see the field damage",
+                cracks.len()
+            )),
+            _ => None,
+        }
     }
 
     /// The time step; `None` in equilibrium.

@@ -364,15 +364,16 @@ fn surface_force(
 fn cuts_any(crack: &Crack, body: &Body, neighbourhood: &Neighbourhood) -> bool {
     let bonds = neighbourhood.bonds();
     let reach = bonds.iter().map(|b| b.xi.norm()).fold(0.0, f64::max);
+    let tolerance = Crack::TIE * body.grid.spacing;
     let (origin, normal) = match crack {
         Crack::Disc { centre, normal, .. } => (*centre, *normal),
         Crack::Parallelogram { corner, a, b } => (*corner, a.cross(b).normalize()),
     };
     let cut = |n: usize| {
         let x = body.grid.position(n);
-        let near = body.has(n) && normal.dot(&(x - origin)).abs() <= reach;
+        let near = body.has(n) && normal.dot(&(x - origin)).abs() <= reach + tolerance;
         let exists = |o: [i32; 3]| body.grid.neighbour(n, o).is_some_and(|m| body.has(m));
-        near && bonds.iter().any(|b| crack.cuts(&x, &(x + b.xi)) && exists(b.offset))
+        near && bonds.iter().any(|b| crack.cuts(&x, &(x + b.xi), tolerance) && exists(b.offset))
     };
     (0..body.region.len()).into_par_iter().any(cut)
 }

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::experiment::{
-    CellState, CrackPath, Leavers, Ledger, Outcome, Overlap, PackingEvidence, PackingSimulation, Peak, RegionEvidence,
-    Simulation, StaticEvidence, StepEvidence,
+    CellState, CrackPath, InterfaceEvidence, Leavers, Ledger, Outcome, Overlap, PackingEvidence, PackingSimulation, Peak,
+    RegionEvidence, Simulation, StaticEvidence, StepEvidence,
 };
 use crate::solver::SolverReport;
 
@@ -33,6 +33,9 @@ pub struct RunSummary {
     pub equilibrium: Option<StaticEvidence>,
     /// Materials: what was asked, what the bonds reach.
     pub regions: Vec<RegionEvidence>,
+    /// Where regions of a grid meet, by pairs: what the bonds between them are.
+    #[serde(default)]
+    pub interfaces: Vec<InterfaceEvidence>,
     /// Energies at the end (J).
     pub energy: Ledger,
     /// Drift of the energy relative to the largest energy (–).
@@ -44,6 +47,9 @@ pub struct RunSummary {
     /// The deepest that parts of a body on a grid lay in each other; `None` where none did.
     #[serde(default)]
     pub overlap: Option<Overlap>,
+    /// Share of the energy of failed bonds that lies beyond the reach of every crack (–); `None` where nothing has failed.
+    #[serde(default)]
+    pub diffuse_damage: Option<f64>,
     /// What a packing's run has besides; `None` of a grid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub packing: Option<PackingSummary>,
@@ -87,11 +93,13 @@ impl RunSummary {
             time_step: simulation.step_evidence(),
             equilibrium: None,
             regions: Vec::new(),
+            interfaces: Vec::new(),
             energy,
             relative_drift: energy.relative_drift(),
             largest_damage: simulation.largest_damage(),
             cracks: Vec::new(),
             overlap: None,
+            diffuse_damage: None,
             packing: Some(PackingSummary {
                 lattice: simulation.problem().evidence.clone(),
                 floaters: simulation.floaters().len(),
@@ -111,6 +119,8 @@ impl RunSummary {
         let energy = *simulation.ledger();
         let relative_drift = energy.relative_drift();
         warnings.extend(simulation.late_warnings());
+        let (cracks, diffuse_damage) = (simulation.cracks(), simulation.diffuse_damage());
+        warnings.extend(simulation.diffuse_warning(&cracks, diffuse_damage));
         RunSummary {
             case: simulation.problem().name.clone(),
             nodes: simulation.problem().body.nodes(),
@@ -121,11 +131,13 @@ impl RunSummary {
             time_step: simulation.step_evidence(),
             equilibrium: simulation.static_evidence(),
             regions: simulation.regions().to_vec(),
+            interfaces: simulation.interfaces().to_vec(),
             energy,
             relative_drift,
             largest_damage: simulation.largest_damage(),
-            cracks: simulation.cracks().into_iter().take(MOST_CRACKS).collect(),
+            cracks: cracks.into_iter().take(MOST_CRACKS).collect(),
             overlap: simulation.overlap().cloned(),
+            diffuse_damage,
             packing: None,
             seconds,
             warnings,

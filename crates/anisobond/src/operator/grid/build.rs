@@ -88,6 +88,9 @@ impl<T: Real> GridBonds<T> {
     /// The bonds of a body: `stencil` by node counts from 1, 0 where there is no node; the kernels are those of the widest
     /// instruction set of this machine.
     ///
+    /// A bond has the mean of what its two ends say of it, and one that passes through several regions of the body what
+    /// their layers make of it; the first stencils are then those of the regions' bulk, in their order.
+    ///
     /// # Errors
     /// As [`GridBonds::with_instructions`].
     pub fn new(body: Body, neighbourhood: &Neighbourhood, stencil: Vec<u16>, stencils: Vec<Stencil>) -> Result<Self> {
@@ -99,7 +102,8 @@ impl<T: Real> GridBonds<T> {
     /// # Errors
     /// An instruction set that the machine lacks; a spacing of the grid other than the neighbourhood's; a number of stencil
     /// indices other than that of the nodes, a neighbourhood turned against the grid, indices of no stencil, nodes of the body without a stencil or stencils without a
-    /// node; stencils that do not fit the neighbourhood or whose numbers are not finite; more than 1024 half bonds;
+    /// node; stencils that do not fit the neighbourhood or whose numbers are not finite; in a body of several regions fewer
+    /// stencils than regions; more than 1024 half bonds;
     /// a nodal term where the bonds lie in a plane.
     pub fn with_instructions(
         set: InstructionSet,
@@ -422,6 +426,13 @@ fn check(
         return Err(Error::input(
             format!("node {i} of region {} has stencil {} of {}", body.region[i], stencil[i], stencils.len()),
             "give nodes of the body a stencil from 1 on, others 0",
+        ));
+    }
+    let regions = usize::from(body.region.iter().copied().max().unwrap_or(0));
+    if body.region.iter().any(|&r| r > 0 && usize::from(r) != regions) && regions > stencils.len() {
+        return Err(Error::input(
+            format!("{} stencils for {regions} regions", stencils.len()),
+            "give first those of the regions' bulk, in their order",
         ));
     }
     let half = neighbourhood.bonds().len() / 2;

@@ -66,7 +66,7 @@ impl FailingBonds {
     pub fn softening(mut grid: GridBonds<f64>, law: LinearSoftening) -> Self {
         let critical = grid.stencils.iter_mut().flat_map(|s| &mut s.critical).chain(&mut grid.critical);
         critical.for_each(|s| *s = law.onset(*s));
-        grid.surroundings.set(&grid.half, &grid.stiffness, &grid.critical);
+        grid.surroundings.change_critical(|s| law.onset(s));
         FailingBonds { grid, soft: Some(SoftBonds::new(law)) }
     }
 
@@ -284,6 +284,13 @@ impl FailingBonds {
         damage
     }
 
+    /// Share of its fracture energy (–) that half bond p of a node, or the bond at its −ξ, has spent, which is no longer whole.
+    pub(super) fn spent(&self, node: usize, p: usize, ahead: bool) -> f64 {
+        let is_it = |b: &&SoftBond| usize::from(b.half) == p && (if ahead { b.node } else { b.other }) as usize == node;
+        let of = |soft: &SoftBonds| soft.of_node(node).find(is_it).map(|bond| soft.law.spent(bond.largest));
+        self.soft.as_ref().and_then(of).unwrap_or(1.0)
+    }
+
     /// The bonds that soften, as they are kept: node and half bond in a word, and λ.
     pub fn softened_state(&self) -> (Vec<u64>, Vec<f64>) {
         self.list().iter().map(|b| (u64::from(b.node) << 16 | u64::from(b.half), b.largest)).unzip()
@@ -344,17 +351,13 @@ impl GridBonds<f64> {
     fn soft_bond(&self, (node, half): Event) -> Option<SoftBond> {
         let (n, p) = (self.row_nodes(), usize::from(half));
         let other = self.node_at(node as usize / n, node as usize % n, self.half.offset[p])?;
-        let b = self.half.full[p];
-        let mean = |of: fn(&super::Stencil) -> &[f64]| {
-            let at = |node: usize, b: usize| of(&self.stencils[usize::from(self.stencil[node]) - 1])[b];
-            0.5 * (at(node as usize, b) + at(other, self.half.opposite(b)))
-        };
+        let [stiffness, critical] = self.constants_of(node as usize, p, true);
         Some(SoftBond {
             node,
             half,
             other: other as u32,
-            stiffness: mean(|s| &s.stiffness),
-            onset: mean(|s| &s.critical) * self.half.xi[p].norm(),
+            stiffness,
+            onset: critical * self.half.xi[p].norm(),
             largest: 1.0,
         })
     }

@@ -44,14 +44,12 @@ impl<T: Real> GridOperator for GridBonds<T> {
     }
 
     fn half_bonds(&self, node: usize, visit: &mut dyn FnMut(usize)) {
-        let (row, e, bonds) = (node / self.row_nodes(), node % self.row_nodes(), self.half.bonds);
+        let (row, e) = (node / self.row_nodes(), node % self.row_nodes());
         for p in (0..self.half.len()).filter(|&p| self.own_bit(row, e, p)) {
-            if let Some(other) = self.node_at(row, e, self.half.offset[p]) {
-                let b = self.half.full[p];
-                let of = |node: usize, bond: usize| self.stencils[usize::from(self.stencil[node]) - 1].stiffness[bond];
-                if of(node, b) + of(other, bonds - 1 - b) != 0.0 {
-                    visit(other);
-                }
+            if let Some(other) = self.node_at(row, e, self.half.offset[p])
+                && self.constants_of(node, p, true)[0].f64() != 0.0
+            {
+                visit(other);
             }
         }
     }
@@ -114,10 +112,7 @@ impl<T: Real> GridBonds<T> {
     /// node itself.
     pub(super) fn for_bonds(&self, node: usize, mut visit: impl FnMut(&nalgebra::Vector3<f64>, f64, bool)) {
         self.for_ends(node, |p, ahead, other| {
-            let (first, second) = if ahead { (node, other) } else { (other, node) };
-            let of = |node: usize, b: usize| self.stencils[usize::from(self.stencil[node]) - 1].stiffness[b];
-            let b = self.half.full[p];
-            visit(&self.half.xi[p], 0.5 * (of(first, b) + of(second, self.half.opposite(b))), other == node);
+            visit(&self.half.xi[p], self.constants_of(node, p, ahead)[0].f64(), other == node);
         });
     }
 }

@@ -7,8 +7,10 @@
 pub(super) mod ahead;
 mod aligned;
 mod build;
+mod failed;
 mod failing;
 mod hybrid;
+mod interface;
 mod kernels;
 pub(super) mod lanes;
 mod law;
@@ -32,7 +34,9 @@ mod sweep;
 mod tables;
 
 pub use build::GridBonds;
+pub use failed::BondLoss;
 pub use failing::{FailingBonds, Failure, Overstretched, Way};
+pub use interface::InterfaceBonds;
 pub use lanes::InstructionSet;
 pub use measure::NodeState;
 pub use openings::Opening;

@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use nalgebra::{Matrix3, Vector3};
 
 use super::stencil::Stencil;
+use crate::calibration::Layers;
 use crate::lattice::{Body, Neighbourhood};
 use crate::operator::hybrid_naive::{double_dot, nodal_response};
 use crate::operator::{Kinematics, VectorField};
@@ -83,10 +84,77 @@ impl NaiveBonds<'_> {
         found
     }
 
-    /// Mean of what both ends say of a bond.
-    fn mean(&self, of: fn(&Stencil) -> &[f64], node: usize, b: usize, other: usize) -> f64 {
-        let at = |node: usize, b: usize| of(&self.stencils[usize::from(self.stencil[node]) - 1])[b];
-        0.5 * (at(node, b) + at(other, self.neighbourhood.bonds().len() - 1 - b))
+    /// k (N/m) and s_c (–) of a bond: the mean of what both ends say, and where its way leads through several regions what
+    /// these are as layers ([`Layers`]) and the weakest of them.
+    pub fn constants(&self, node: usize, b: usize, other: usize) -> [f64; 2] {
+        let bonds = self.neighbourhood.bonds();
+        let opposite = bonds.len() - 1 - b;
+        let of = |stencil: u16, b: usize| {
+            let stencil = &self.stencils[usize::from(stencil) - 1];
+            [stencil.stiffness[b], stencil.critical[b]]
+        };
+        let mean = |[k, s]: [f64; 2], [l, t]: [f64; 2]| [0.5 * (k + l), 0.5 * (s + t)];
+        let (from, to) = (self.stencil[node], self.stencil[other]);
+        // In so many steps every face of a cell is between two of them.
+        let steps = bonds[b].offset.iter().map(|n| 2 * n.abs().max(1)).product::<i32>();
+        let mut shares: Vec<(u16, f64)> = Vec::new();
+        for step in 0..steps {
+            let at = (f64::from(step) + 0.5) / f64::from(steps);
+            let cell = self.body.grid.neighbour(node, bonds[b].offset.map(|n| (at * f64::from(n)).round() as i32));
+            let region = cell.map_or(0, |cell| self.body.region[cell]);
+            match shares.iter_mut().find(|(r, _)| *r == region) {
+                _ if region == 0 => {}
+                Some((_, share)) => *share += 1.0,
+                None => shares.push((region, 1.0)),
+            }
+        }
+        if shares.len() < 2 {
+            return mean(of(from, b), of(to, opposite));
+        }
+        let all: f64 = shares.iter().map(|(_, share)| share).sum();
+        let values = |region: u16| match (region == self.body.region[node], region == self.body.region[other]) {
+            (true, false) => of(from, b),
+            (false, true) => of(to, opposite),
+            (true, true) => mean(of(from, b), of(to, opposite)),
+            (false, false) => mean(of(region, b), of(region, opposite)),
+        };
+        let parts: Vec<(f64, [f64; 2])> = shares.iter().map(|(region, share)| (share / all, values(*region))).collect();
+        let (xi, volume): (Vec<_>, _) = (bonds.iter().map(|b| b.xi).collect(), self.body.grid.spacing.powi(3));
+        let bulk = |region: u16| self.stencils[usize::from(region) - 1].bulk(&xi, volume);
+        let materials: Vec<Stiffness> = shares.iter().map(|(region, _)| bulk(*region)).collect();
+        let [here, there] = [node, other].map(|node| self.contrast(node));
+        let normal = if here.dot(&there) < 0.0 { here - there } else { here + there };
+        let direction = bonds[b].xi.normalize();
+        let layers = Layers::new(&materials, &normal.try_normalize(1e-6).unwrap_or(direction));
+        let by_part: Vec<(f64, f64)> = parts.iter().map(|(share, [k, _])| (*share, *k)).collect();
+        let k = match layers {
+            Some(layers) => layers.stiffness(&direction, &by_part),
+            None => by_part.iter().map(|(share, k)| share * k).sum(),
+        };
+        let energies = parts.iter().map(|(_, [k, s])| k * s * s).filter(|e| e.is_finite() && *e > 0.0);
+        let spared = [(node, b), (other, opposite)]
+            .into_iter()
+            .any(|(end, b)| of(self.body.region[end], b)[1].is_finite() && of(self.stencil[end], b)[1].is_infinite());
+        match energies.reduce(f64::min) {
+            Some(energy) if k > 0.0 && !spared => [k, (energy / k).sqrt()],
+            _ => [k, f64::INFINITY],
+        }
+    }
+
+    /// Gradient by least squares of what is of another region around a node.
+    fn contrast(&self, node: usize) -> Vector3<f64> {
+        let around = self.neighbourhood.bonds().iter().map(|b| b.offset).chain([[0; 3]]);
+        let found: Vec<(Vector3<f64>, f64)> = around
+            .filter_map(|o| self.body.grid.neighbour(node, o).map(|n| (o, self.body.region[n])))
+            .filter(|(_, region)| *region > 0)
+            .map(|(o, r)| (Vector3::from(o.map(f64::from)), if r == self.body.region[node] { 0.0 } else { 1.0 }))
+            .collect();
+        let count = found.len() as f64;
+        let middle = found.iter().map(|(o, _)| o).sum::<Vector3<f64>>() / count;
+        let mean = found.iter().map(|(_, v)| v).sum::<f64>() / count;
+        let spread: Matrix3<f64> = found.iter().map(|(o, _)| (o - middle) * (o - middle).transpose()).sum();
+        let slope: Vector3<f64> = found.iter().map(|(o, v)| (o - middle) * (v - mean)).sum();
+        spread.try_inverse().map_or(slope, |inverse| inverse * slope)
     }
 
     /// The nodes with a nodal term; every bond that is broken is taken as one cut beforehand.
@@ -159,7 +227,7 @@ impl NaiveBonds<'_> {
         for (i, b, j) in self.bonds() {
             let xi = self.neighbourhood.bonds()[b].xi;
             let eta = u.at(j) - u.at(i);
-            let k = self.mean(|s| &s.stiffness, i, b, j);
+            let [k, critical] = self.constants(i, b, j);
             let (elongation, to) = match kinematics {
                 Kinematics::Linear => (xi.normalize().dot(&eta), xi),
                 Kinematics::Finite => {
@@ -168,7 +236,7 @@ impl NaiveBonds<'_> {
                 }
             };
             let energy = 0.5 * k * elongation * elongation;
-            if breaking && elongation / xi.norm() > self.mean(|s| &s.critical, i, b, j) {
+            if breaking && elongation / xi.norm() > critical {
                 out.over.push((i, b));
                 out.energy_over += energy;
                 continue;

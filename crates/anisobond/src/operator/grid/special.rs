@@ -3,7 +3,7 @@
 use super::aligned::Aligned;
 use super::build::GridBonds;
 use super::lanes::Lanes;
-use super::law::{Constants, bonds, mean};
+use super::law::{Constants, bonds};
 use super::offsets::Offsets;
 use super::padded::Padded;
 use super::real::Real;
@@ -150,14 +150,7 @@ impl<T: Real> GridBonds<T> {
         let layout = &*self.layout;
         let to = layout.row_at(row, [offset[1], offset[2]]);
         let slot = (layout.slot(element) as i64 + i64::from(offset[0]) * layout.lanes as i64) as usize;
-        let other = to * self.row_nodes() + layout.element[slot] as usize;
-        let node = row * self.row_nodes() + element;
-        let (first, second) = if ahead { (node, other) } else { (other, node) };
-        let (b, bonds) = (self.half.full[p], self.half.bonds);
-        let of = |values: &[T]| {
-            let at = |node: usize, bond: usize| values[(usize::from(self.stencil[node]) - 1) * bonds + bond];
-            mean(at(first, b), at(second, self.half.opposite(b)))
-        };
+        let [k, _] = self.constants_of(row * self.row_nodes() + element, p, ahead);
         let values = u.values.slice();
         let own = layout.slot(element);
         let eta = [0, 1, 2].map(|a| {
@@ -165,7 +158,7 @@ impl<T: Real> GridBonds<T> {
             let here = values[(3 * row + a) * layout.slots + own];
             if ahead { there - here } else { here - there }
         });
-        Some(Found { eta, k: of(&self.stiffness) })
+        Some(Found { eta, k })
     }
 }
 

@@ -1,17 +1,19 @@
-//! Constants of the bonds of nodes between stencils: mean values of what both ends say, by half bond, in vectors.
+//! Constants of the bonds of nodes between stencils, by half bond, in vectors: mean values of what both ends say, and where
+//! regions meet those of their layers ([`super::interface`]).
 //!
-//! They depend on nothing but the stencils around a node, so that nodes of a flat interface or surface share them: each
-//! node keeps 4 bytes that say which they are, and one bit per bond.
+//! Nodes of a flat interface or surface share them: each node keeps 4 bytes that say which they are, and one bit per bond.
 
 use std::collections::HashMap;
 
 use rayon::prelude::*;
+use twox_hash::XxHash3_128;
 
 use super::aligned::Aligned;
 use super::build::GridBonds;
+use super::interface::{Interfaces, KnownLayers};
 use super::law::mean;
 use super::real::Real;
-use super::stencil::{HalfBonds, MOST_LANES};
+use super::stencil::MOST_LANES;
 
 /// Nodes whose surroundings are found at once.
 const TOGETHER: usize = 4096;
@@ -23,8 +25,6 @@ pub struct Surroundings<T: Real> {
     of: Vec<u32>,
     /// Which of its bonds are unbroken: bits of half bonds at +ξ, then of those at −ξ.
     unbroken: Vec<u16>,
-    /// By surroundings: stencil of the node, then those at +ξ, then at −ξ, by half bond; 0 is no node.
-    stencils: Vec<u16>,
     /// k (N/m) and s_c (–) by surroundings, of half bonds at +ξ, then of those at −ξ, each in whole vectors.
     stiffness: Aligned<T>,
     critical: Aligned<T>,
@@ -57,52 +57,50 @@ impl<T: Real> Surroundings<T> {
     /// Of no node.
     pub fn none() -> Self {
         let (stiffness, critical) = (Aligned::zeros(0), Aligned::zeros(0));
-        Surroundings { of: vec![], unbroken: vec![], stencils: vec![], stiffness, critical, half: 0, padded: 0 }
+        Surroundings { of: vec![], unbroken: vec![], stiffness, critical, half: 0, padded: 0 }
     }
 
     /// Of the special nodes of these bonds, as far as they are unbroken.
     pub fn new(bonds: &GridBonds<T>) -> Self {
         let half = bonds.half.len();
         let padded = half.next_multiple_of(MOST_LANES);
-        let (mut of, mut stencils, mut unbroken) = (Vec::new(), Vec::new(), Vec::new());
-        let mut numbers: HashMap<Vec<u16>, u32> = HashMap::new();
+        let interfaces = Interfaces::of(bonds);
+        let (mut of, mut unbroken) = (Vec::new(), Vec::new());
+        let [mut stiffness, mut critical] = [Vec::new(), Vec::new()];
+        let mut numbers: HashMap<u128, u32> = HashMap::new();
         for nodes in bonds.special.chunks(TOGETHER) {
-            let found: Vec<_> = nodes.par_iter().map(|&node| bonds.surrounding_of(node as usize, padded)).collect();
-            for (around, bits) in found {
+            let find = |known: &mut KnownLayers, &node: &u32| {
+                let constants = bonds.constants_around(node as usize, padded, interfaces.as_ref(), known);
+                (hash(&constants), constants, bonds.unbroken_around(node as usize, padded))
+            };
+            let found: Vec<_> = nodes.par_iter().map_init(KnownLayers::new, find).collect();
+            for (hash, constants, bits) in found {
                 unbroken.extend(bits);
                 let next = numbers.len() as u32;
-                of.push(*numbers.entry(around).or_insert_with_key(|around| {
-                    stencils.extend_from_slice(around);
+                of.push(*numbers.entry(hash).or_insert_with(|| {
+                    stiffness.extend_from_slice(&constants[0]);
+                    critical.extend_from_slice(&constants[1]);
                     next
                 }));
             }
         }
-        let numbers = 2 * padded * numbers.len();
-        let (stiffness, critical) = (Aligned::zeros(numbers), Aligned::zeros(numbers));
-        let mut made = Surroundings { of, unbroken, stencils, stiffness, critical, half, padded };
-        made.set(&bonds.half, &bonds.stiffness, &bonds.critical);
-        made
+        let aligned = |values: Vec<T>| {
+            let mut aligned = Aligned::zeros(values.len());
+            aligned.slice_mut().copy_from_slice(&values);
+            aligned
+        };
+        Surroundings { of, unbroken, stiffness: aligned(stiffness), critical: aligned(critical), half, padded }
     }
 
-    /// Take over k (N/m) and s_c (–) by stencil and bond.
-    pub fn set(&mut self, half: &HalfBonds<T>, stiffness: &[T], critical: &[T]) {
-        if self.of.is_empty() {
-            return;
-        }
-        for (to, values) in [(&mut self.stiffness, stiffness), (&mut self.critical, critical)] {
-            let around = self.stencils.chunks_exact(1 + 2 * self.half);
-            for (to, around) in to.slice_mut().chunks_exact_mut(2 * self.padded).zip(around) {
-                let (own, others) = (usize::from(around[0]), &around[1..]);
-                for (i, &other) in others.iter().enumerate().filter(|(_, other)| **other > 0) {
-                    let (p, ahead) = (i % self.half, i < self.half);
-                    let (first, second) = if ahead { (own, usize::from(other)) } else { (usize::from(other), own) };
-                    let b = half.full[p];
-                    let place = if ahead { p } else { self.padded + p };
-                    let of = |stencil: usize, bond: usize| values[(stencil - 1) * half.bonds + bond];
-                    to[place] = mean(of(first, b), of(second, half.opposite(b)));
-                }
-            }
-        }
+    /// Change every critical stretch (–).
+    pub fn change_critical(&mut self, to: impl Fn(T) -> T) {
+        self.critical.slice_mut().iter_mut().for_each(|s| *s = to(*s));
+    }
+
+    /// k (N/m) and s_c (–) of half bond p, or of the bond at its −ξ, of the special node at a place.
+    pub fn constants(&self, place: usize, p: usize, ahead: bool) -> [T; 2] {
+        let at = self.of[place] as usize * 2 * self.padded + if ahead { p } else { self.padded + p };
+        [self.stiffness.slice()[at], self.critical.slice()[at]]
     }
 
     /// Those of the special node at a place.
@@ -133,29 +131,61 @@ impl<T: Real> Surroundings<T> {
 
     /// Bytes of memory.
     pub fn bytes(&self) -> usize {
-        4 * self.of.len()
-            + 2 * (self.unbroken.len() + self.stencils.len())
-            + self.stiffness.bytes()
-            + self.critical.bytes()
+        4 * self.of.len() + 2 * self.unbroken.len() + self.stiffness.bytes() + self.critical.bytes()
     }
 }
 
 impl<T: Real> GridBonds<T> {
-    /// Stencils around a node, and bits of its unbroken bonds.
-    fn surrounding_of(&self, node: usize, padded: usize) -> (Vec<u16>, Vec<u16>) {
+    /// k (N/m) and s_c (–) of the bonds of a node, of half bonds at +ξ, then of those at −ξ, each in whole vectors.
+    fn constants_around(
+        &self,
+        node: usize,
+        padded: usize,
+        interfaces: Option<&Interfaces<T>>,
+        known: &mut KnownLayers,
+    ) -> [Vec<T>; 2] {
+        let (row, e, bonds) = (node / self.row_nodes(), node % self.row_nodes(), self.half.bonds);
+        let [mut stiffness, mut critical] = [vec![T::default(); 2 * padded], vec![T::default(); 2 * padded]];
+        for ahead in [true, false] {
+            for (p, &offset) in self.half.offset.iter().enumerate() {
+                let to = if ahead { offset } else { offset.map(|x| -x) };
+                let Some(other) = self.node_at(row, e, to) else { continue };
+                let (first, second) = if ahead { (node, other) } else { (other, node) };
+                let place = if ahead { p } else { padded + p };
+                let between = interfaces.and_then(|i| i.constants(first, p, second, known));
+                [stiffness[place], critical[place]] = between.map(|c| c.map(T::of)).unwrap_or_else(|| {
+                    let b = self.half.full[p];
+                    [&self.stiffness, &self.critical].map(|values| {
+                        let at = |node: usize, b: usize| values[(usize::from(self.stencil[node]) - 1) * bonds + b];
+                        mean(at(first, b), at(second, self.half.opposite(b)))
+                    })
+                });
+            }
+        }
+        [stiffness, critical]
+    }
+
+    /// Bits of a node's unbroken bonds.
+    fn unbroken_around(&self, node: usize, padded: usize) -> Vec<u16> {
         let (row, e) = (node / self.row_nodes(), node % self.row_nodes());
-        let mut around = vec![self.stencil[node]];
         let mut bits = vec![0; 2 * padded / MOST_LANES];
         for ahead in [true, false] {
             let word = if ahead { 0 } else { padded / MOST_LANES };
-            for (p, &offset) in self.half.offset.iter().enumerate() {
-                let to = if ahead { offset } else { offset.map(|x| -x) };
-                around.push(self.node_at(row, e, to).map_or(0, |other| self.stencil[other]));
+            for p in 0..self.half.len() {
                 let unbroken = if ahead { self.own_bit(row, e, p) } else { self.opposite_bit(row, e, p) };
                 bits[word + p / MOST_LANES] |= u16::from(unbroken) << (p % MOST_LANES);
             }
         }
-        (around, bits)
+        bits
+    }
+
+    /// k (N/m) and s_c (–) of half bond p of a node, or of the bond at its −ξ, as both of its ends know it.
+    pub(super) fn constants_of(&self, node: usize, p: usize, ahead: bool) -> [T; 2] {
+        if let Some(place) = self.special_place(node) {
+            return self.surroundings.constants(place, p, ahead);
+        }
+        let (b, from) = (self.half.full[p], (usize::from(self.stencil[node]) - 1) * self.half.bonds);
+        [&self.stiffness, &self.critical].map(|values| mean(values[from + b], values[from + self.half.opposite(b)]))
     }
 
     /// Place of a node in the list of special ones.
@@ -165,4 +195,11 @@ impl<T: Real> GridBonds<T> {
         let of_row = &self.special[from..self.special_from[row + 1] as usize];
         of_row.binary_search(&(node as u32)).ok().map(|place| from + place)
     }
+}
+
+/// A number for the constants of a node's bonds, by which equal ones are found.
+fn hash<T: Real>([stiffness, critical]: &[Vec<T>; 2]) -> u128 {
+    let numbers = stiffness.iter().chain(critical);
+    let bytes: Vec<u8> = numbers.flat_map(|x| x.f64().to_bits().to_le_bytes()).collect();
+    XxHash3_128::oneshot(&bytes)
 }

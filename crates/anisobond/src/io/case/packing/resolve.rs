@@ -8,7 +8,7 @@ use super::{ContactStatement, PackingStatement};
 use crate::Result;
 use crate::calibration::Model;
 use crate::experiment::element_test::ElementTest;
-use crate::experiment::{Condition, History, PackingProblem, Probe, Schedule};
+use crate::experiment::{Condition, Crack, History, PackingProblem, Probe, Schedule};
 use crate::io::case::CaseFile;
 use crate::io::case::loads::{ConditionStatement, Load, Where};
 use crate::io::case::matter::{Filling, Matter, RegionStatement};
@@ -169,12 +169,13 @@ fn contact_law(c: &ContactStatement, p: &PackingStatement, body: &Spheres) -> Co
 
 /// The body without the bonds that pass through cracks.
 fn cracked(case: &CaseFile, mut body: Spheres) -> Result<Spheres> {
+    let tolerance = Crack::TIE * body.packing.radii().iter().copied().fold(f64::INFINITY, f64::min);
     for (spot, crack) in &case.cracks {
         let before = body.bonds.len();
         let position = |s: u32| body.packing.centres()[s as usize] + body.origin;
         let whole = |bond: &crate::operator::StiffBond| {
             let from = position(bond.a);
-            !crack.cuts(&from, &(from + bond.branch))
+            !crack.cuts(&from, &(from + bond.branch), tolerance)
         };
         let kept: Vec<_> = body.bonds.iter().filter(|bond| whole(bond)).copied().collect();
         if kept.len() == before {
