@@ -5,6 +5,7 @@ pub mod cavity;
 pub mod closed_forms;
 mod corrected;
 pub mod element_test;
+mod field;
 mod grid_study;
 mod lattice_study;
 mod packing_simulation;
@@ -19,14 +20,14 @@ pub use corrected::{
     CorrectedModuli, CorrectedNetwork, Correction, CorrectionForm, CorrectionReport, NodalReport, central_by_sum,
     hybrid_by_sum, nodal_on_contacts,
 };
+pub use field::{FieldAbout, FieldName, Quantity, Shown};
 pub use grid_study::GridStudy;
 pub use lattice_study::{CorrectionChoice, LatticePlan, LatticeStudy, anisotropy_axis, turned_to_axis};
 pub use packing_simulation::{
     CellDrive, CellState, Leavers, PackingEvidence, PackingProblem, PackingSimulation, Peak, ServoPlan,
 };
 pub use problem::{
-    Condition, Crack, FieldName, FractureEnergy, History, OutputPlan, Probe, Problem, Quantity, RegionMaterial,
-    Schedule, Slice, Softening,
+    Condition, Crack, FractureEnergy, History, OutputPlan, Probe, Problem, RegionMaterial, Schedule, Slice, Softening,
 };
 pub use simulation::{
     CrackPath, CrackPoint, CrackTip, Ledger, RegionEvidence, RunCost, SavedState, Simulation, StaticEvidence,

@@ -40,7 +40,7 @@ impl RunCost {
     /// contradict each other, no density, a step above the stable one.
     pub fn of(problem: &Problem) -> Result<Self> {
         require_nodes(problem)?;
-        let (mut bonds, _) = assemble::bonds(problem)?;
+        let (mut bonds, ..) = assemble::bonds(problem)?;
         let loading = Loading::new(problem)?;
         let still = VectorField::zeros(problem.body.grid.len());
         match problem.schedule {

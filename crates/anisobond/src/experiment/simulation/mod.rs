@@ -30,6 +30,7 @@ use crate::operator::grid::{FailingBonds, GridBonds, Padded};
 use crate::operator::{Kinematics, VectorField};
 use crate::solver::Stopping;
 use crate::solver::grid::Method;
+use crate::tensor::Stiffness;
 use crate::{Error, Result};
 
 /// Most iterations of a solve for equilibrium.
@@ -68,6 +69,8 @@ impl StepEvidence {
 pub struct Simulation {
     problem: Problem,
     regions: Vec<RegionEvidence>,
+    /// The stiffness (Pa) that the bonds of each region reach.
+    reached: Vec<Stiffness>,
     bonds: FailingBonds,
     bond_count: u64,
     loading: Loading,
@@ -105,7 +108,7 @@ impl Simulation {
     /// contradict each other; a step above the stable one; a start from an equilibrium that is none.
     pub fn new(problem: Problem) -> Result<Self> {
         require_nodes(&problem)?;
-        let (bonds, regions) = assemble::bonds(&problem)?;
+        let (bonds, regions, reached) = assemble::bonds(&problem)?;
         let loading = Loading::new(&problem)?;
         let warnings = regions.iter().filter(|r| r.relative_error > 1e-3).map(|r| {
             format!(
@@ -128,6 +131,7 @@ impl Simulation {
             ledger: Ledger::default(),
             problem,
             regions,
+            reached,
             bonds,
             loading,
         };
