@@ -435,10 +435,10 @@ impl Hole {
         [x.0 / x.1 - 1.0, y.0 / y.1 - 1.0, (y.0 / x.0) / (y.1 / x.1) - 1.0]
     }
 
-    /// Root mean square errors of displacement and hoop stress (of the nodes' own stress) on the ring 1.4 a < r < 2 a.
+    /// Root mean square errors of displacement and hoop stress (of the virial) on the ring 1.4 a < r < 2 a.
     fn ring(&self) -> [f64; 2] {
         let body = &self.simulation.problem().body;
-        let (_, stress) = self.simulation.field(FieldName::Stress);
+        let (_, stress) = self.simulation.field(FieldName::Virial);
         let mut sums = [0.0; 4];
         for node in (0..body.grid.len()).filter(|n| body.has(*n)) {
             let p = body.grid.position(node);

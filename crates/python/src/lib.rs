@@ -46,7 +46,7 @@ mod _native {
     #[pymodule_export]
     use crate::sweep::{Sweep, sweep};
     #[pymodule_export]
-    use crate::tools::{builtin_materials, command_line, export, report, set_threads, verify};
+    use crate::tools::{builtin_materials, command_line, export, fields, report, set_threads, verify};
 
     use pyo3::prelude::*;
 

@@ -3,6 +3,7 @@
 use std::ffi::{CString, OsString};
 use std::path::PathBuf;
 
+use anisobond::experiment::FieldName;
 use anisobond::io::{self, BondedCell, Engine, report_page, write_atomically};
 use anisobond::tensor::Material;
 use anisobond_cli::describe;
@@ -39,6 +40,25 @@ pub fn set_threads(threads: i128) -> PyResult<()> {
 #[pyfunction]
 pub fn builtin_materials() -> Vec<&'static str> {
     Material::builtin_names()
+}
+
+/// The fields that a run can write, as case files and VTK files name them: a `Table` of `field`, `array` (the name in VTK
+/// files), `unit`, `components` and `meaning`.
+///
+/// >>> table = fields()
+/// >>> row = table["field"].index("stress")
+/// >>> table["array"][row], table["components"][row]
+/// ('stress (Pa)', 'xx yy zz xy yz xz')
+#[pyfunction]
+pub fn fields(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
+    let all = FieldName::ALL.map(|field| (field.labelled(), field.about()));
+    let columns = PyDict::new(py);
+    columns.set_item("field", all.iter().map(|(_, about)| about.key).collect::<Vec<_>>())?;
+    columns.set_item("array", all.iter().map(|(array, _)| array.as_str()).collect::<Vec<_>>())?;
+    columns.set_item("unit", all.iter().map(|(_, about)| about.unit).collect::<Vec<_>>())?;
+    columns.set_item("components", all.iter().map(|(_, about)| about.components.join(" ")).collect::<Vec<_>>())?;
+    columns.set_item("meaning", all.iter().map(|(_, about)| about.meaning).collect::<Vec<_>>())?;
+    crate::report::table(py, "fields", columns)
 }
 
 /// Write calibrated bonds for an engine, with an input that performs the engine's own element test, as `anisobond export`;

@@ -168,6 +168,14 @@ impl MicropolarCalibration {
         Outcome::of(self.feasible(), self.converged)
     }
 
+    /// The promised tensor (Pa): [`Self::reached`] or [`Self::relaxed`].
+    pub fn promised(&self) -> &Stiffness {
+        match self.promise {
+            Promise::Sum => &self.reached,
+            Promise::FreeRotations => &self.relaxed,
+        }
+    }
+
     /// The error of the promised tensor: [`Self::relative_error`] or [`Self::relaxed_error`].
     pub fn promised_error(&self) -> f64 {
         match self.promise {

@@ -189,6 +189,15 @@ impl ModelCalibration {
         }
     }
 
+    /// The tensor that the bonds, and a nodal term, reach (Pa).
+    pub fn promised(&self) -> &Stiffness {
+        match self {
+            ModelCalibration::Central(r, _) => &r.reached,
+            ModelCalibration::Micropolar(r, _) => r.promised(),
+            ModelCalibration::Hybrid(r) => &r.reached,
+        }
+    }
+
     /// ‖target − promised tensor‖/‖target‖.
     pub fn promised_error(&self) -> f64 {
         match self {

@@ -6,6 +6,7 @@ mod checked;
 pub mod closed_forms;
 mod corrected;
 pub mod element_test;
+mod field;
 mod grid_study;
 mod lattice_study;
 mod outcome;
@@ -22,6 +23,7 @@ pub use corrected::{
     CorrectedModuli, CorrectedNetwork, Correction, CorrectionForm, CorrectionReport, NodalReport, central_by_sum,
     hybrid_by_sum, nodal_on_contacts,
 };
+pub use field::{FieldAbout, FieldName, Quantity, Shown};
 pub use grid_study::GridStudy;
 pub use lattice_study::{CorrectionChoice, LatticePlan, LatticeStudy, anisotropy_axis, turned_to_axis};
 pub use outcome::{Break, Collapse, Outcome, StepLook, WithinStep};
@@ -29,8 +31,7 @@ pub use packing_simulation::{
     CellDrive, CellState, Leavers, PackingEvidence, PackingProblem, PackingSimulation, Peak, ServoPlan,
 };
 pub use problem::{
-    Condition, Crack, FieldName, FractureEnergy, History, OutputPlan, Probe, Problem, Quantity, RegionMaterial,
-    Schedule, Slice, Softening,
+    Condition, Crack, FractureEnergy, History, OutputPlan, Probe, Problem, RegionMaterial, Schedule, Slice, Softening,
 };
 pub use simulation::{
     Between, CrackPath, CrackPoint, CrackTip, InterfaceEvidence, InterfaceFracture, Ledger, Overlap, RegionEvidence,

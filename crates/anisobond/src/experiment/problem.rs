@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::field::{FieldName, Quantity};
 use crate::calibration::Model;
 use crate::lattice::{Body, Neighbourhood};
 use crate::operator::Kinematics;
@@ -198,19 +199,6 @@ pub struct RegionMaterial {
     pub fracture: Option<FractureEnergy>,
 }
 
-/// What a probe measures, over its nodes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quantity {
-    /// Mean displacement (m), three columns.
-    Displacement,
-    /// Mean velocity (m/s), three columns.
-    Velocity,
-    /// Sum of the forces that hold the nodes (N), three columns: minus the bonds' forces on them.
-    Reaction,
-    /// Mean damage (–), one column.
-    Damage,
-}
-
 /// A series in time of one quantity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Probe {
@@ -251,25 +239,6 @@ pub enum Schedule {
     },
 }
 
-/// A field that can be written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FieldName {
-    /// Displacement (m).
-    Displacement,
-    /// Velocity (m/s).
-    Velocity,
-    /// Bond forces (N).
-    Force,
-    /// Damage: share of bonds that are broken (–).
-    Damage,
-    /// Strain-energy density (J/m³).
-    Energy,
-    /// Stress, virial (Pa), six components.
-    Stress,
-    /// Number of the region.
-    Region,
-}
-
 /// A plane slice of the body drawn as a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Slice {
@@ -277,8 +246,10 @@ pub struct Slice {
     pub axis: usize,
     /// Position along it (m); `None`: the middle.
     pub position: Option<f64>,
-    /// Field shown; of a vector its length.
+    /// Field shown.
     pub field: FieldName,
+    /// Number of the component shown; `None`: what [`FieldName::shown`] says.
+    pub component: Option<usize>,
 }
 
 /// What is written, and how often.

@@ -98,7 +98,8 @@ pub fn lattice_vtp(lattice: &Lattice, stiffness: &LatticeStiffness) -> Result<St
     file.push_str("</CellData>\n<Points>\n");
     array(&mut file, "Float64", "Points", 3, points.iter().flatten().map(exact));
     file.push_str("</Points>\n<Lines>\n");
-    array(&mut file, "Int64", "connectivity", 2, lines.iter().flatten());
+    // One component each, whatever the cells: readers refuse two.
+    array(&mut file, "Int64", "connectivity", 1, lines.iter().flatten());
     array(&mut file, "Int64", "offsets", 1, (1..=contacts).map(|n| 2 * n));
     file.push_str("</Lines>\n</Piece>\n</PolyData>\n</VTKFile>\n");
     Ok(file)

@@ -4,7 +4,8 @@ use nalgebra::Vector3;
 
 use super::closed::Cavity;
 use crate::Result;
-use crate::experiment::problem::{Condition, History, Probe, Quantity, Schedule};
+use crate::experiment::field::Quantity;
+use crate::experiment::problem::{Condition, History, Probe, Schedule};
 use crate::experiment::{PackingProblem, PackingSimulation, Problem, Simulation};
 
 /// The problem of a cavity.

@@ -2,10 +2,10 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::PackingSimulation;
-use crate::experiment::problem::{FieldName, Probe, Quantity};
-use crate::operator::{Kinematics, StiffBond};
-use crate::tensor::PAIRS;
+use super::{PackingProblem, PackingSimulation};
+use crate::experiment::field::{FieldName, Quantity, mean_components, principal, symmetric, von_mises};
+use crate::experiment::problem::Probe;
+use crate::operator::{GradientFit, Kinematics, LocalState, StiffBond};
 
 /// What a bond carries: its energy (J), and F⊗l (J), F the force on its first end.
 struct Carried {
@@ -28,7 +28,17 @@ impl PackingSimulation {
                 let damage = self.particles().damage();
                 vec![nodes().map(|s| damage[s]).sum::<f64>() / count]
             }
+            Quantity::Strain => self.mean_state(&probe.nodes, |state| state.strain),
+            Quantity::Stress => self.mean_state(&probe.nodes, |state| state.stress),
         }
+    }
+
+    /// The mean of strains or stresses over spheres, components 11 22 33 23 13 12.
+    fn mean_state(&self, spheres: &[u32], tensor: impl Fn(&LocalState) -> Matrix3<f64>) -> Vec<f64> {
+        let mut wanted = vec![false; self.particles().len()];
+        spheres.iter().for_each(|&s| wanted[s as usize] = true);
+        let states = self.local_states(|s| wanted[s]);
+        mean_components(spheres.iter().filter_map(|&s| states[s as usize]).map(|state| tensor(&state)))
     }
 
     /// The largest damage of a sphere (–).
@@ -36,7 +46,7 @@ impl PackingSimulation {
         self.particles().damage().into_iter().fold(0.0, f64::max)
     }
 
-    /// A field: numbers per sphere, and the numbers of all spheres one after another. Stress (Pa) and energy density
+    /// A field: numbers per sphere, and the numbers of all spheres one after another. Virial (Pa) and energy density
     /// (J/m³) are those of the bonds, half of each for either end, over the volume of rock that a sphere stands for.
     pub fn field(&self, name: FieldName) -> (usize, Vec<f32>) {
         let n = self.particles().len();
@@ -52,36 +62,126 @@ impl PackingSimulation {
                 self.each_bond(|end, carried| energy[end] += 0.5 * carried.energy / self.problem.volumes[end]);
                 (1, energy.into_iter().map(|e| e as f32).collect())
             }
-            FieldName::Stress => {
+            FieldName::Virial => {
                 let mut stress = vec![Matrix3::zeros(); n];
                 self.each_bond(|end, carried| stress[end] += carried.virial * (0.5 / self.problem.volumes[end]));
-                // VTK's order: xx yy zz xy yz xz.
-                let places = [0, 1, 2, 5, 3, 4].map(|a| PAIRS[a]);
-                let of = |s: &Matrix3<f64>| places.map(|(i, j)| (0.5 * (s[(i, j)] + s[(j, i)])) as f32);
-                (6, stress.iter().flat_map(of).collect())
+                (6, stress.iter().flat_map(symmetric).collect())
             }
+            FieldName::Strain => (6, self.of_states(|s| symmetric(&s.strain))),
+            FieldName::Stress => (6, self.of_states(|s| symmetric(&s.stress))),
+            FieldName::VonMises => (1, self.of_states(|s| [von_mises(&s.stress)])),
+            FieldName::PrincipalStress => (3, self.of_states(|s| principal(&s.stress))),
+            FieldName::Stretch => (1, self.largest_stretches()),
         }
     }
 
-    /// Every whole bond, once for either end.
-    fn each_bond(&self, mut see: impl FnMut(usize, &Carried)) {
+    /// Numbers of the strain and stress at every sphere.
+    fn of_states<const N: usize>(&self, numbers: impl Fn(&LocalState) -> [f32; N]) -> Vec<f32> {
+        let states = self.local_states(|_| true);
+        states.iter().flat_map(|state| state.as_ref().map_or([0.0; N], &numbers)).collect()
+    }
+
+    /// Strain and stress at the spheres that are wanted, fitted over the spheres that whole bonds join to them in their own
+    /// region, or where those do not fill space in any; of the stiffness that the region's lattice has.
+    fn local_states(&self, wanted: impl Fn(usize) -> bool) -> Vec<Option<LocalState>> {
+        let (n, region) = (self.particles().len(), &self.problem.region);
+        let same = |bond: &StiffBond| region[bond.a as usize] == region[bond.b as usize];
+        let mut standing = vec![1.0; n];
+        self.whole_bonds(|bond, _| {
+            if same(bond) {
+                standing[bond.a as usize] += 1.0;
+                standing[bond.b as usize] += 1.0;
+            }
+        });
+        let alone = |s: usize| {
+            let mut fit = GradientFit::default();
+            fit.add(standing[s], &Vector3::zeros(), &Vector3::zeros());
+            fit
+        };
+        let mut own: Vec<GradientFit> = (0..n).map(alone).collect();
+        let mut all = own.clone();
+        self.whole_bonds(|bond, moved| {
+            let (a, b) = (bond.a as usize, bond.b as usize);
+            for (end, other, sign) in [(a, b, 1.0), (b, a, -1.0)] {
+                if wanted(end) {
+                    let (xi, u) = (sign * bond.branch, sign * moved);
+                    all[end].add(standing[other], &xi, &u);
+                    if same(bond) {
+                        own[end].add(standing[other], &xi, &u);
+                    }
+                }
+            }
+        });
+        let state = |s: usize| {
+            let gradient = own[s].gradient();
+            let gradient = if gradient.is_whole() { gradient } else { all[s].gradient() };
+            let lattice = &self.problem.evidence[usize::from(region[s])];
+            gradient.state(lattice.stiffness(), self.problem.model.kinematics)
+        };
+        (0..n).map(|s| wanted(s).then(|| state(s))).collect()
+    }
+
+    /// The largest stretch (–) of each sphere's whole bonds; zero without.
+    fn largest_stretches(&self) -> Vec<f32> {
+        let mut largest = vec![f64::NEG_INFINITY; self.particles().len()];
+        self.whole_bonds(|bond, moved| {
+            let (length, to) = (bond.branch.norm(), bond.branch + moved);
+            let stretch = match self.problem.model.kinematics {
+                Kinematics::Linear => bond.branch.dot(moved) / (length * length),
+                Kinematics::Finite => moved.dot(&(to + bond.branch)) / (length * (to.norm() + length)),
+            };
+            for end in [bond.a, bond.b] {
+                largest[end as usize] = largest[end as usize].max(stretch);
+            }
+        });
+        largest.into_iter().map(|s| if s.is_finite() { s as f32 } else { 0.0 }).collect()
+    }
+
+    /// Every whole bond, and by how much its second end is displaced against the first (m).
+    fn whole_bonds(&self, mut see: impl FnMut(&StiffBond, &Vector3<f64>)) {
         let model = &self.problem.model;
-        let (u, turns) = (self.particles().displacements(), self.particles().rotations());
+        let u = self.particles().displacements();
         let strain = self.particles().deformation().map_or(Matrix3::zeros(), |f| f - Matrix3::identity());
         let centres = model.packing.centres();
         for (bond, _) in model.bonds.iter().zip(self.particles().whole()).filter(|(_, whole)| **whole) {
             let (a, b) = (bond.a as usize, bond.b as usize);
             // An image moves with the cell, too.
             let image = strain * (bond.branch - (centres[b] - centres[a]));
-            let moved = u[b] + image - u[a];
-            let carried = match model.kinematics {
-                Kinematics::Linear => linear(bond, &moved, &(turns[a].scaled_axis() + turns[b].scaled_axis())),
-                Kinematics::Finite => finite(bond, &moved, &(turns[a] * bond.branch + turns[b] * bond.branch)),
+            see(bond, &(u[b] + image - u[a]));
+        }
+    }
+
+    /// Every whole bond, once for either end.
+    fn each_bond(&self, mut see: impl FnMut(usize, &Carried)) {
+        let turns = self.particles().rotations();
+        self.whole_bonds(|bond, moved| {
+            let (a, b) = (bond.a as usize, bond.b as usize);
+            let carried = match self.problem.model.kinematics {
+                Kinematics::Linear => linear(bond, moved, &(turns[a].scaled_axis() + turns[b].scaled_axis())),
+                Kinematics::Finite => finite(bond, moved, &(turns[a] * bond.branch + turns[b] * bond.branch)),
             };
             see(a, &carried);
             see(b, &carried);
-        }
+        });
     }
+}
+
+/// A warning for every region of whose lattice only an upper bound of the stiffness is known, where stresses are asked for.
+pub(super) fn stress_warnings(problem: &PackingProblem) -> Vec<String> {
+    let of_field = |f: FieldName| matches!(f, FieldName::Stress | FieldName::VonMises | FieldName::PrincipalStress);
+    let output = &problem.output;
+    let asked = output.fields.iter().copied().chain(output.slices.iter().map(|s| s.field)).any(of_field)
+        || problem.probes.iter().any(|p| p.quantity == Quantity::Stress);
+    let unmeasured = problem.evidence.iter().filter(|e| asked && e.measured.is_none());
+    unmeasured
+        .map(|e| {
+            format!(
+                "region {}: stress is C:ε with the sum over the bonds for C, an upper bound of what the lattice has; \
+                 packing.correct = true measures it, and the field virial is what the bonds carry",
+                e.region
+            )
+        })
+        .collect()
 }
 
 /// Δ = moved − ½ (θ_a + θ_b)×L₀, F = k_n (Δ·n) n + k_t Δ_t (THEORY section 5).

@@ -10,6 +10,7 @@ mod statics;
 
 use nalgebra::{Matrix3, Vector3};
 
+use self::fields::stress_warnings;
 use self::loading::Loading;
 use self::loose::Joined;
 pub use self::problem::{CellDrive, CellState, Leavers, PackingEvidence, PackingProblem, Peak, ServoPlan};
@@ -71,7 +72,7 @@ impl PackingSimulation {
         };
         Ok(PackingSimulation {
             bounds: room(&problem),
-            warnings: joined.warnings(&problem),
+            warnings: [joined.warnings(&problem), stress_warnings(&problem)].concat(),
             stage,
             peak: None,
             left: None,

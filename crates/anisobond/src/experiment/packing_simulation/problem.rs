@@ -117,6 +117,13 @@ pub struct PackingEvidence {
     pub measured: Option<Stiffness>,
 }
 
+impl PackingEvidence {
+    /// The stiffness (Pa) that the lattice has, as far as it is known: measured, or the sum over its bonds.
+    pub fn stiffness(&self) -> &Stiffness {
+        self.measured.as_ref().unwrap_or(&self.summed)
+    }
+}
+
 fn voigt<S: serde::Serializer>(c: &Stiffness, serializer: S) -> Result<S::Ok, S::Error> {
     c.voigt_rows().serialize(serializer)
 }

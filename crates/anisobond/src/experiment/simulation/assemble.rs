@@ -119,6 +119,7 @@ impl RegionEvidence {
 
 /// The calibrated bonds of a region.
 struct RegionBonds {
+    reached: Stiffness,
     micromodulus: Vec<f64>,
     critical: Option<Vec<f64>>,
     nodal: Option<Stiffness>,
@@ -163,7 +164,7 @@ fn calibrate(problem: &Problem) -> Result<(Vec<RegionBonds>, Vec<RegionEvidence>
             fracture: report.flatten(),
         });
         let nodal = bulk.nodal().copied().filter(|z| z.norm() > 0.0);
-        bonds.push(RegionBonds { micromodulus, critical, nodal });
+        bonds.push(RegionBonds { reached: *bulk.promised(), micromodulus, critical, nodal });
     }
     Ok((bonds, evidence))
 }
@@ -209,8 +210,8 @@ fn is_isotropic(region: &RegionMaterial) -> bool {
 }
 
 /// The bonds of a problem's body, those of truncated neighbourhoods calibrated for themselves where that is asked for,
-/// pre-cracks cut.
-pub(super) fn bonds(problem: &Problem) -> Result<(FailingBonds, Vec<RegionEvidence>)> {
+/// pre-cracks cut; what they reach, and the tensor (Pa) of each region's.
+pub(super) fn bonds(problem: &Problem) -> Result<(FailingBonds, Vec<RegionEvidence>, Vec<Stiffness>)> {
     let (regions, evidence) = calibrate(problem)?;
     let neighbourhood = &problem.neighbourhood;
     let bulk = regions.iter().map(|r| r.stencil(neighbourhood, &r.micromodulus)).collect();
@@ -231,7 +232,7 @@ pub(super) fn bonds(problem: &Problem) -> Result<(FailingBonds, Vec<RegionEviden
         Softening::Brittle => FailingBonds::brittle(bonds),
         Softening::Linear { ratio } => FailingBonds::softening(bonds, LinearSoftening::new(ratio)?),
     };
-    Ok((bonds, evidence))
+    Ok((bonds, evidence, regions.iter().map(|r| r.reached).collect()))
 }
 
 /// Stencils of critical stretch ∞ for nodes whose bonds never break: the mean with whatever the other end says is ∞ too.

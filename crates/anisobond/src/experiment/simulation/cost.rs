@@ -52,7 +52,7 @@ impl RunCost {
     /// As [`RunCost::of`].
     pub fn with_warnings(problem: &Problem) -> Result<(Self, Vec<String>)> {
         problem.check()?;
-        let (mut bonds, _) = assemble::bonds(problem)?;
+        let (mut bonds, ..) = assemble::bonds(problem)?;
         let warnings = [problem.coarse(), parts(&bonds)].concat();
         Ok((RunCost::timed(problem, &mut bonds)?, warnings))
     }

@@ -1,22 +1,12 @@
 //! What is read from a run: probes and fields.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
+use rayon::prelude::*;
 
 use super::{Simulation, Stage};
-use crate::experiment::problem::{FieldName, Probe, Quantity};
-use crate::operator::VectorField;
-
-impl Quantity {
-    /// Endings of the names of its columns.
-    pub fn columns(self) -> &'static [&'static str] {
-        match self {
-            Quantity::Displacement => &["ux_m", "uy_m", "uz_m"],
-            Quantity::Velocity => &["vx_m_s", "vy_m_s", "vz_m_s"],
-            Quantity::Reaction => &["Fx_N", "Fy_N", "Fz_N"],
-            Quantity::Damage => &["damage"],
-        }
-    }
-}
+use crate::experiment::field::{FieldName, Quantity, mean_components, principal, symmetric, von_mises};
+use crate::experiment::problem::Probe;
+use crate::operator::{LocalGradient, LocalState, VectorField};
 
 impl Simulation {
     /// Forces of the bonds on all nodes (N).
@@ -64,7 +54,32 @@ impl Simulation {
                 let damage = self.bonds.damage();
                 vec![nodes().map(|node| damage[node]).sum::<f64>() / count]
             }
+            Quantity::Strain => self.mean_state(&probe.nodes, |state| state.strain),
+            Quantity::Stress => self.mean_state(&probe.nodes, |state| state.stress),
         }
+    }
+
+    /// Numbers of the strain and stress at every node; zeros where there is none.
+    fn local_states<const N: usize>(&self, numbers: impl Fn(&LocalState) -> [f32; N] + Sync) -> Vec<f32> {
+        let gradients = self.bonds.grid().gradients(&self.u);
+        let of = |(node, gradient): (usize, &LocalGradient)| {
+            self.local_state(node, gradient).map_or([0.0; N], |state| numbers(&state))
+        };
+        gradients.par_iter().enumerate().flat_map_iter(of).collect()
+    }
+
+    /// Strain and stress at a node, of the tensor that the bonds of its region reach.
+    fn local_state(&self, node: usize, gradient: &LocalGradient) -> Option<LocalState> {
+        let region = usize::from(self.problem.body.region[node]).checked_sub(1)?;
+        Some(gradient.state(&self.reached[region], self.problem.kinematics))
+    }
+
+    /// The mean of strains or stresses over nodes, components 11 22 33 23 13 12.
+    fn mean_state(&self, nodes: &[u32], tensor: impl Fn(&LocalState) -> Matrix3<f64>) -> Vec<f64> {
+        let nodes = || nodes.iter().map(|&node| node as usize);
+        let gradients = self.bonds.grid().gradients_of(&self.u, nodes());
+        let states = nodes().zip(&gradients).filter_map(|(node, gradient)| self.local_state(node, gradient));
+        mean_components(states.map(|state| tensor(&state)))
     }
 
     /// The largest damage of a node (–).
@@ -84,10 +99,17 @@ impl Simulation {
                 let states = self.bonds.node_states(&self.u, self.problem.kinematics);
                 (1, states.iter().map(|s| (s.energy / volume) as f32).collect())
             }
-            FieldName::Stress => {
+            FieldName::Virial => {
                 let states = self.bonds.node_states(&self.u, self.problem.kinematics);
-                let places = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)];
-                (6, states.iter().flat_map(|s| places.map(|p| s.stress[p] as f32)).collect())
+                (6, states.iter().flat_map(|s| symmetric(&s.stress)).collect())
+            }
+            FieldName::Strain => (6, self.local_states(|s| symmetric(&s.strain))),
+            FieldName::Stress => (6, self.local_states(|s| symmetric(&s.stress))),
+            FieldName::VonMises => (1, self.local_states(|s| [von_mises(&s.stress)])),
+            FieldName::PrincipalStress => (3, self.local_states(|s| principal(&s.stress))),
+            FieldName::Stretch => {
+                let stretches = self.bonds.largest_stretches(&self.u, self.problem.kinematics);
+                (1, stretches.into_iter().map(|s| s as f32).collect())
             }
             FieldName::Region => (1, self.problem.body.region.iter().map(|&r| f32::from(r)).collect()),
         }

@@ -41,6 +41,7 @@ use crate::operator::grid::{FailingBonds, GridBonds, Padded};
 use crate::operator::{Kinematics, VectorField};
 use crate::solver::Stopping;
 use crate::solver::grid::Method;
+use crate::tensor::Stiffness;
 use crate::{Error, Result};
 
 /// Most iterations of a solve for equilibrium.
@@ -83,6 +84,8 @@ pub struct Simulation {
     problem: Checked<Problem>,
     regions: Vec<RegionEvidence>,
     interfaces: Vec<InterfaceEvidence>,
+    /// The stiffness (Pa) that the bonds of each region reach.
+    reached: Vec<Stiffness>,
     bonds: FailingBonds,
     bond_count: u64,
     loading: Loading,
@@ -131,7 +134,7 @@ impl Simulation {
     /// above the stable one; a start from an equilibrium that is none.
     pub fn new(problem: Problem) -> Result<Self> {
         let problem = problem.checked()?;
-        let (bonds, regions) = assemble::bonds(&problem)?;
+        let (bonds, regions, reached) = assemble::bonds(&problem)?;
         let loading = Loading::new(&problem)?;
         let warnings = regions.iter().filter(|r| r.relative_error > 1e-3).map(|r| {
             format!(
@@ -175,6 +178,7 @@ impl Simulation {
             looked_at: 0.0,
             problem,
             regions,
+            reached,
             bonds,
             loading,
         };

@@ -2,7 +2,8 @@
 
 use nalgebra::Vector3;
 
-use crate::experiment::problem::{Problem, Quantity};
+use crate::experiment::field::Quantity;
+use crate::experiment::problem::Problem;
 
 /// The nodes of all reaction probes, ascending, and the forces on them (N) in the last step.
 #[derive(Clone, Debug, Default)]

@@ -104,7 +104,7 @@ impl Problem {
             let p = body.grid.position(node);
             let cut = |axis: usize| {
                 let q = p + Vector3::ith(axis, spacing);
-                self.cracks.iter().any(|crack| crack.cuts(&p, &q))
+                self.cracks.iter().any(|crack| crack.cuts(&p, &q, Crack::TIE * spacing))
             };
             if body.has(node) { (0..3).map(|axis| u8::from(cut(axis)) << axis).sum() } else { 0 }
         };
@@ -120,7 +120,7 @@ impl Problem {
                 let at = |steps: usize| tip + outward * (steps as f64 * spacing);
                 let ends = |steps: &usize| {
                     let others = self.cracks.iter().enumerate().filter(|(n, _)| *n != number);
-                    let crossed = others.map(|(_, c)| c).any(|c| c.cuts(&at(steps - 1), &at(*steps)));
+                    let crossed = others.map(|(_, c)| c).any(|c| c.cuts(&at(steps - 1), &at(*steps), Crack::TIE * spacing));
                     crossed || !self.has_at(&at(*steps))
                 };
                 let inside = self.has_at(&(tip + outward * (0.25 * spacing)));

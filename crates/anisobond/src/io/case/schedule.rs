@@ -10,24 +10,6 @@ use super::section::{Section, Value};
 use crate::Result;
 use crate::experiment::{FieldName, OutputPlan, Quantity, Schedule, Slice};
 
-/// Fields by name.
-const FIELDS: [(&str, FieldName); 7] = [
-    ("displacement", FieldName::Displacement),
-    ("velocity", FieldName::Velocity),
-    ("force", FieldName::Force),
-    ("damage", FieldName::Damage),
-    ("energy", FieldName::Energy),
-    ("stress", FieldName::Stress),
-    ("region", FieldName::Region),
-];
-
-const QUANTITIES: [(&str, Quantity); 4] = [
-    ("displacement", Quantity::Displacement),
-    ("velocity", Quantity::Velocity),
-    ("reaction", Quantity::Reaction),
-    ("damage", Quantity::Damage),
-];
-
 /// Nodes that a probe looks at.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Target {
@@ -109,7 +91,7 @@ pub(super) fn output(root: &Section) -> Result<OutputPlan> {
     if let Some(fields) = table.get("fields") {
         plan.fields = Vec::new();
         for item in fields.items("[\"displacement\", \"damage\"]")? {
-            let field = item.choice(&FIELDS)?;
+            let field = item.choice(&fields_by_name())?;
             if plan.fields.contains(&field) {
                 return Err(item.wrong("the field is named twice", "name it once"));
             }
@@ -132,13 +114,31 @@ pub(super) fn output(root: &Section) -> Result<OutputPlan> {
     Ok(plan)
 }
 
+/// Fields by name.
+fn fields_by_name() -> [(&'static str, FieldName); FieldName::ALL.len()] {
+    FieldName::ALL.map(|field| (field.about().key, field))
+}
+
 fn slice(value: Value) -> Result<Slice> {
-    let table = value.section(&["axis", "position", "field"])?;
+    let table = value.section(&["axis", "position", "field", "component"])?;
+    let field = table.need("field", "field = \"damage\"")?.choice(&fields_by_name())?;
+    let component = table.get("component").map(|v| component(field, &v)).transpose()?;
     Ok(Slice {
         axis: table.need("axis", "axis = \"z\"")?.axis()?,
         position: table.get("position").map(|v| v.quantity(Dimension::Length)).transpose()?,
-        field: table.need("field", "field = \"damage\"")?.choice(&FIELDS)?,
+        field,
+        component,
     })
+}
+
+/// The number of a component of a field.
+fn component(field: FieldName, value: &Value) -> Result<usize> {
+    let about = field.about();
+    if about.components.is_empty() {
+        return Err(value.wrong(format!("{} has no components", about.key), "leave component out"));
+    }
+    let names: Vec<(&str, usize)> = about.components.iter().copied().zip(0..).collect();
+    value.choice(&names)
 }
 
 /// `[[probe]]`s.
@@ -152,7 +152,7 @@ pub(super) fn probes<'n>(
         let table = value.section(&["name", "quantity", "on", "thickness", "at", "condition"])?;
         let probe = ProbeStatement {
             name: name_of(&table, "probe", n)?,
-            quantity: table.need("quantity", "quantity = \"displacement\"")?.choice(&QUANTITIES)?,
+            quantity: table.need("quantity", "quantity = \"displacement\"")?.choice(&Quantity::NAMES)?,
             target: target(&table, names, conditions)?,
         };
         if all.iter().any(|p| p.name == probe.name) {

@@ -1,5 +1,6 @@
 //! What a run writes: frames for ParaView, probes, pictures, checkpoints.
 
+mod appended;
 mod checkpoint;
 mod image_data;
 mod npy;
@@ -8,8 +9,9 @@ mod series;
 mod table;
 mod writer;
 
+pub use appended::FieldArray;
 pub use checkpoint::Checkpoints;
-pub use image_data::{ImageArray, image_data};
+pub use image_data::image_data;
 pub use npy::{NpyNumber, npy, read_npy};
 pub use point_data::point_data;
 pub use series::{Series, pvd};

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use super::subject::{Subject, time_text};
-use crate::experiment::FieldName;
 use crate::io::picture::{SliceImage, animation};
 use crate::io::results::{BackgroundWriter, Series, npy, pvd, read_npy};
 use crate::io::write_atomically;
@@ -103,33 +102,5 @@ fn write_slice(folder: &Path, slice: usize, number: usize, image: &SliceImage) -
     match image.range() {
         Some(range) => write_atomically(folder.join(slice_name(slice, number, "png")), image.png(WIDTH, range)?),
         None => Ok(()),
-    }
-}
-
-/// A field's name and unit.
-pub(super) fn label(name: FieldName) -> (&'static str, &'static str) {
-    match name {
-        FieldName::Displacement => ("displacement", "m"),
-        FieldName::Velocity => ("velocity", "m/s"),
-        FieldName::Force => ("force", "N"),
-        FieldName::Damage => ("damage", ""),
-        FieldName::Energy => ("energy density", "J/m³"),
-        FieldName::Stress => ("stress", "Pa"),
-        FieldName::Region => ("region", ""),
-    }
-}
-
-/// A field's name with its unit.
-pub(super) fn labelled(name: FieldName) -> String {
-    let (label, unit) = label(name);
-    if unit.is_empty() { label.to_string() } else { format!("{label} ({unit})") }
-}
-
-/// A number's value, a vector's length; of a symmetric tensor the norm, off-diagonal components twice.
-pub(super) fn size(components: &[f32]) -> f32 {
-    match components {
-        [value] => *value,
-        [xx, yy, zz, xy, yz, xz] => (xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + yz * yz + xz * xz)).sqrt(),
-        vector => vector.iter().map(|x| x * x).sum::<f32>().sqrt(),
     }
 }

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use super::frames::{label, labelled, size};
 use super::subject::{FrameWork, LastFile, Subject, time_text};
 use super::summary::RunSummary;
 use super::time_column;
@@ -11,7 +10,7 @@ use crate::experiment::{
     CrackPath, CrackPoint, Ledger, Outcome, OutputPlan, Probe, SavedState, Simulation, Slice, StepLook, TipPoint,
 };
 use crate::io::picture::SliceImage;
-use crate::io::results::{ImageArray, image_data};
+use crate::io::results::{FieldArray, image_data};
 use crate::lattice::Grid;
 
 impl Subject for Simulation {
@@ -73,13 +72,11 @@ impl Subject for Simulation {
     }
 
     fn frame(&self) -> FrameWork {
-        let grid = self.problem().body.grid.clone();
-        let array = |&name: &_| {
-            let (components, values) = self.field(name);
-            ImageArray { name: labelled(name), components, values }
-        };
-        let arrays: Vec<ImageArray> = self.problem().output.fields.iter().map(array).collect();
-        Box::new(move || image_data(&grid, &arrays))
+        let body = &self.problem().body;
+        let (grid, there) = (body.grid.clone(), (0..body.grid.len()).map(|node| body.has(node)).collect::<Vec<_>>());
+        let array = |&field: &_| FieldArray::of(field, self.field(field).1);
+        let arrays: Vec<FieldArray> = self.problem().output.fields.iter().map(array).collect();
+        Box::new(move || image_data(&grid, &there, &arrays))
     }
 
     fn slice(&self, slice: &Slice) -> SliceImage {
@@ -102,7 +99,7 @@ impl Subject for Simulation {
     }
 }
 
-/// The nodes of a slice: of a vector its length, of a tensor its Frobenius norm.
+/// The nodes of a slice.
 fn image(simulation: &Simulation, slice: &Slice) -> SliceImage {
     let body = &simulation.problem().body;
     let grid = &body.grid;
@@ -116,15 +113,19 @@ fn image(simulation: &Simulation, slice: &Slice) -> SliceImage {
             let mut at = [layer; 3];
             (at[right], at[up]) = (column, row);
             let node = grid.index(at);
-            values.push(if body.has(node) { size(&all[components * node..components * (node + 1)]) } else { f32::NAN });
+            values.push(if body.has(node) {
+                slice.field.number(slice.component, &all[components * node..components * (node + 1)])
+            } else {
+                f32::NAN
+            });
         }
     }
     let names = ["x", "y", "z"];
-    let (label, unit) = label(slice.field);
+    let (label, unit) = (slice.field.shown(slice.component), slice.field.about().unit);
     SliceImage {
         title: format!("{}: {label}", simulation.problem().name),
         subtitle: time_text(simulation.time(), simulation.is_motion()),
-        quantity: [label.into(), unit.into()],
+        quantity: [label, unit.into()],
         axes: [names[right], names[up]],
         cells,
         spacing: grid.spacing,

@@ -5,12 +5,11 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 
-use super::frames::{label, labelled, size};
 use super::subject::{FrameWork, LastFile, Subject, time_text};
 use super::summary::RunSummary;
 use crate::experiment::{CellState, Ledger, OutputPlan, PackingSimulation, Probe, SavedState, Slice, StepLook};
 use crate::io::picture::{self, Disc, Scalar, SliceImage, Style, Window};
-use crate::io::results::{ImageArray, point_data};
+use crate::io::results::{FieldArray, point_data};
 use crate::{Error, Result};
 
 /// Columns of a periodic cell: stresses (Pa, tension positive) and strains.
@@ -85,13 +84,10 @@ impl Subject for PackingSimulation {
     }
 
     fn frame(&self) -> FrameWork {
-        let array = |&name: &_| {
-            let (components, values) = self.field(name);
-            ImageArray { name: labelled(name), components, values }
-        };
-        let mut arrays: Vec<ImageArray> = self.problem().output.fields.iter().map(array).collect();
+        let array = |&field: &_| FieldArray::of(field, self.field(field).1);
+        let mut arrays: Vec<FieldArray> = self.problem().output.fields.iter().map(array).collect();
         let radii = self.problem().model.packing.radii().iter().map(|&r| r as f32).collect();
-        arrays.push(ImageArray { name: "radius (m)".into(), components: 1, values: radii });
+        arrays.push(FieldArray { name: "radius (m)".into(), components: &[], values: radii });
         let places = places(self);
         Box::new(move || point_data(&places, &arrays))
     }
@@ -147,7 +143,7 @@ fn window(simulation: &PackingSimulation, axes: [usize; 2]) -> Window {
     Window { low: [right.0, up.0], high: [right.1, up.1] }
 }
 
-/// The spheres that a plane cuts: of a vector its length, of a tensor its Frobenius norm.
+/// The spheres that a plane cuts.
 fn image(simulation: &PackingSimulation, slice: &Slice) -> SliceImage {
     let problem = simulation.problem();
     let [right, up] = [[1, 2], [0, 2], [0, 1]][slice.axis];
@@ -156,16 +152,16 @@ fn image(simulation: &PackingSimulation, slice: &Slice) -> SliceImage {
     let position = slice.position.unwrap_or(0.5 * (across.low[0] + across.high[0]));
     let disc = |(sphere, x): (usize, &Vector3<f64>)| {
         let rest = problem.model.packing.radii()[sphere].powi(2) - (x[slice.axis] - position).powi(2);
-        let value = size(&values[components * sphere..components * (sphere + 1)]);
+        let value = slice.field.number(slice.component, &values[components * sphere..components * (sphere + 1)]);
         (rest > 0.0).then(|| Disc { centre: [x[right], x[up]], radius: rest.sqrt(), value })
     };
     let discs: Vec<Disc> = places(simulation).iter().enumerate().filter_map(disc).collect();
-    let (label, unit) = label(slice.field);
+    let (label, unit) = (slice.field.shown(slice.component), slice.field.about().unit);
     let names = ["x", "y", "z"];
     let about = SliceImage {
         title: format!("{}: {label}", problem.name),
         subtitle: time_text(simulation.time(), simulation.is_motion()),
-        quantity: [label.into(), unit.into()],
+        quantity: [label, unit.into()],
         axes: [names[right], names[up]],
         cells: [0, 0],
         spacing: 0.0,

@@ -80,7 +80,7 @@ impl FailingBonds {
         self.list().len()
     }
 
-    fn list(&self) -> &[SoftBond] {
+    pub(super) fn list(&self) -> &[SoftBond] {
         self.soft.as_ref().map_or(&[], |soft| &soft.list)
     }
 

@@ -28,6 +28,7 @@ mod special;
 mod spectrum;
 mod state;
 mod stencil;
+mod strain;
 mod strip;
 mod surroundings;
 mod sweep;

@@ -183,7 +183,7 @@ impl NaiveBonds<'_> {
         for (i, b, j) in self.bonds() {
             let xi = self.neighbourhood.bonds()[b].xi;
             let (eta, way) = (u.at(j) - u.at(i), w.at(j) - w.at(i));
-            let k = self.mean(|s| &s.stiffness, i, b, j);
+            let [k, _] = self.constants(i, b, j);
             // k (n⊗n + (1 − |ξ|/ℓ)(1 − n⊗n)), ℓ = |ξ + η|.
             let (n, across) = match kinematics {
                 Kinematics::Linear => (xi.normalize(), 0.0),
