@@ -20,7 +20,7 @@ use super::simulation::{Ledger, StepEvidence};
 use crate::operator::Network;
 use crate::operator::particles::{Particles, Sums};
 use crate::solver::SolverReport;
-use crate::solver::particles::{Control, Servo, affine_stiffness, mean_stress, stable_step};
+use crate::solver::particles::{Control, Servo, affine_stiffness, damped_step, mean_stress};
 use crate::tensor::PAIRS;
 use crate::{Error, Result};
 
@@ -315,7 +315,7 @@ fn servo(problem: &PackingProblem) -> Result<Option<Servo>> {
 
 /// The largest stable step and the one used.
 fn step_of(problem: &PackingProblem, particles: &Particles) -> Result<StepEvidence> {
-    let stable = stable_step(particles)?;
+    let stable = damped_step(particles, problem.local_damping)?;
     Ok(StepEvidence { step: checked_step(&plan(problem)?, stable)?, stable })
 }
 
