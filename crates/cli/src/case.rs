@@ -25,7 +25,8 @@ pub fn checked(case: &CaseFile) -> Result<(serde_json::Value, String)> {
     let (plan, cost, words) = match case.lattice() {
         LatticeKind::Grid => {
             let problem = case.problem()?;
-            let plan = case.plan(&problem);
+            let mut plan = case.plan(&problem);
+            plan.warnings.extend(problem.warnings()?);
             (json(&plan)?, RunCost::of(&problem)?, describe(&plan, case.description()))
         }
         LatticeKind::Packing => {
@@ -110,6 +111,7 @@ fn describe(plan: &CasePlan, description: &str) -> String {
     out += &format!("bonds             {} ({} of a node in the bulk)\n", plan.bonds, plan.bonds_per_node);
     out += &format!("memory            {}\n", memory(plan.memory));
     out += &format!("pre-cracks        {}\n", plan.cracks);
+    plan.warnings.iter().for_each(|warning| out += &format!("warning           {warning}\n"));
     out += &format!("\n  {:24}{:>12}{:>14}{:>14}  {}\n", "region", "nodes", "volume (m³)", "ρ (kg/m³)", "C11 C22 C33");
     for r in &plan.regions {
         let largest = r.normal_stiffness.into_iter().fold(0.0, f64::max);

@@ -115,6 +115,8 @@ pub fn describe(r: &GridTestReport) -> String {
         percent(r.target_error),
         percent(r.promised_error)
     );
+    out += &text::energy_error(r.energy_error);
+    r.warnings.iter().for_each(|w| out += &format!("warning: {w}\n"));
     out += &match r.smallest_eigenvalue {
         Some(e) => format!(
             "{}; weakest wave of the perfect grid {} Pa\n",

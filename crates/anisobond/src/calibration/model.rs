@@ -155,6 +155,18 @@ impl ModelCalibration {
         }
     }
 
+    /// The tensor that is promised (Pa).
+    pub fn promised(&self) -> &Stiffness {
+        match self {
+            ModelCalibration::Central(r, _) => &r.reached,
+            ModelCalibration::Micropolar(r, _) => match r.promise {
+                Promise::Sum => &r.reached,
+                Promise::FreeRotations => &r.relaxed,
+            },
+            ModelCalibration::Hybrid(r) => &r.reached,
+        }
+    }
+
     /// ‖target − promised tensor‖/‖target‖.
     pub fn promised_error(&self) -> f64 {
         match self {

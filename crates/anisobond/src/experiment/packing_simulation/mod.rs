@@ -68,7 +68,7 @@ impl PackingSimulation {
         };
         Ok(PackingSimulation {
             bounds: room(&problem),
-            warnings: joined.warnings(&problem),
+            warnings: problem.warnings_of(&joined),
             stage,
             peak: None,
             left: None,

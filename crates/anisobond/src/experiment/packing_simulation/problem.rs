@@ -57,9 +57,18 @@ impl PackingProblem {
         radii.iter().sum::<f64>() / radii.len() as f64
     }
 
-    /// What a user should know before a run: spheres without bonds, and parts that no bond joins.
+    /// What a user should know before a run: spheres without bonds, parts that no bond joins,
+    /// materials that the lattice misses.
     pub fn warnings(&self) -> Vec<String> {
-        Joined::new(self).warnings(self)
+        self.warnings_of(&Joined::new(self))
+    }
+
+    pub(super) fn warnings_of(&self, joined: &Joined) -> Vec<String> {
+        let many = self.evidence.len() > 1;
+        let named = |e: &PackingEvidence| {
+            e.miss.as_ref().map(|miss| if many { format!("region {}: {miss}", e.region) } else { miss.clone() })
+        };
+        joined.warnings(self).into_iter().chain(self.evidence.iter().filter_map(named)).collect()
     }
 
     /// Whether the body is periodic along all axes.
@@ -106,15 +115,24 @@ pub struct PackingEvidence {
     pub contact_radius: f64,
     /// Bonds per sphere of the periodic packing that the body is made from.
     pub coordination: f64,
-    /// Stiffness asked of the lattice (Pa, Voigt).
+    /// Stiffness asked of the lattice: the material's (Pa, Voigt).
     #[serde(serialize_with = "voigt", deserialize_with = "of_voigt")]
     pub prescribed: Stiffness,
     /// The sum over bonds at uniform strain (Pa, Voigt), an upper bound of what an element test measures.
     #[serde(serialize_with = "voigt", deserialize_with = "of_voigt")]
     pub summed: Stiffness,
-    /// What the element test measures after a correction (Pa, Voigt); `None` without one.
+    /// What elliptic moduli stand for in its place, with a C44 that follows from four constants (Pa, Voigt); `None` of others.
+    #[serde(serialize_with = "maybe_voigt", deserialize_with = "maybe_of_voigt", default)]
+    pub elliptic: Option<Stiffness>,
+    /// What an element test measures on the periodic packing (Pa, Voigt); `None` where it measures nothing.
     #[serde(serialize_with = "maybe_voigt", deserialize_with = "maybe_of_voigt")]
     pub measured: Option<Stiffness>,
+    /// Least and largest relative error of the energy of a strain (–), over all strains, of what is measured.
+    #[serde(default)]
+    pub energy_error: Option<[f64; 2]>,
+    /// What to say of it, where it is noticeable.
+    #[serde(skip)]
+    pub miss: Option<String>,
 }
 
 fn voigt<S: serde::Serializer>(c: &Stiffness, serializer: S) -> Result<S::Ok, S::Error> {

@@ -107,18 +107,8 @@ impl Simulation {
         require_nodes(&problem)?;
         let (bonds, regions) = assemble::bonds(&problem)?;
         let loading = Loading::new(&problem)?;
-        let warnings = regions.iter().filter(|r| r.relative_error > 1e-3).map(|r| {
-            format!(
-                "region {}: the bonds reach its stiffness to {:.2} % only (model hybrid reaches every tensor)",
-                r.name,
-                100.0 * r.relative_error
-            )
-        });
-        let unstable = regions.iter().filter(|r| !r.stable);
-        let unstable = unstable.map(|r| format!("region {}: some wave of its grid has no positive energy", r.name));
-        let fracture = regions.iter().filter_map(RegionEvidence::fracture_warning);
         let mut simulation = Simulation {
-            warnings: warnings.chain(unstable).chain(fracture).collect(),
+            warnings: assemble::warnings(&regions),
             bond_count: bonds.grid().unbroken() as u64,
             u: bonds.grid().padded(),
             crack: CrackFront::new(&problem, &bonds),
