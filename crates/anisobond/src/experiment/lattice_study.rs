@@ -195,6 +195,12 @@ impl LatticeStudy {
         best_fit_stiffness(&self.lattice, &self.stiffness)
     }
 
+    /// What elliptic moduli stand for (Pa), where that is not the material.
+    pub fn replaced(&self) -> Option<&Stiffness> {
+        let elliptic = &self.fit.as_ref()?.prescribed;
+        (self.prescribed.relative_error(elliptic) > 1e-6).then_some(elliptic)
+    }
+
     /// What to say of what the lattice has, measured or summed (Pa), where that is noticeably not what was asked.
     pub fn miss(&self, has: &Stiffness) -> Option<String> {
         let miss = self.prescribed.miss(has)?;

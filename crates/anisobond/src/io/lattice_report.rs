@@ -67,8 +67,9 @@ pub struct EllipticReport {
     pub axis: [f64; 3],
     /// ‖C − C_TI‖/‖C‖ of the material from transverse isotropy about the axis.
     pub distance_from_transverse_isotropy: f64,
-    /// What the moduli stand for: the four constants and the dependent C44 (Voigt, Pa).
-    pub elliptic: Voigt,
+    /// What the moduli stand for, where it is not the material: the four constants and the dependent C44 (Voigt, Pa).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub elliptic: Option<Voigt>,
     /// C44 of the material, and the one the elliptic interpolation has instead (Pa).
     pub c44: DependentComponent,
 }
@@ -94,7 +95,7 @@ impl LatticeReport {
             lattice_moduli: microplane.moduli.scaled(1.0 / study.stiffness.mu),
             axis: microplane.axis.into(),
             distance_from_transverse_isotropy: fit.distance,
-            elliptic: fit.prescribed.voigt_rows(),
+            elliptic: study.replaced().map(|c| c.voigt_rows()),
             c44: DependentComponent { given: fit.given_c44, dependent: fit.dependent_c44 },
         });
         let measured = study.correction.as_ref().map(|(_, report)| Stiffness::from_voigt_rows(&report.measured));

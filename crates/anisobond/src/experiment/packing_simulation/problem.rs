@@ -121,7 +121,8 @@ pub struct PackingEvidence {
     /// The sum over bonds at uniform strain (Pa, Voigt), an upper bound of what an element test measures.
     #[serde(serialize_with = "voigt", deserialize_with = "of_voigt")]
     pub summed: Stiffness,
-    /// What elliptic moduli stand for in its place, with a C44 that follows from four constants (Pa, Voigt); `None` of others.
+    /// What elliptic moduli stand for in its place, with a C44 that follows from four constants (Pa, Voigt); `None` where that
+    /// is the material.
     #[serde(serialize_with = "maybe_voigt", deserialize_with = "maybe_of_voigt", default)]
     pub elliptic: Option<Stiffness>,
     /// What an element test measures on the periodic packing (Pa, Voigt); `None` where it measures nothing.

@@ -42,6 +42,7 @@ pub use calibrated::calibrated_case;
 pub use packing::PackingPlan;
 pub use plan::{CasePlan, ConditionPlan, RegionPlan};
 pub use starter::starter_case;
+pub(super) use unused::NOT_USED;
 
 /// Keys of a case file's outermost table.
 const KEYS: [&str; 24] = [

@@ -19,6 +19,9 @@ const OF_PACKINGS: [(&str, &str); 3] = [
     ("servo", "a servo drives the periodic cell of a packing"),
 ];
 
+/// The key of `case.json` under which stands what was not used.
+pub const NOT_USED: &str = "not used";
+
 /// A key that the case's lattice does not use.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Unused {
@@ -159,7 +162,7 @@ pub(super) fn apart(mut asked: serde_json::Value, unused: &[Unused]) -> serde_js
     }
     if let (Some(all), false) = (asked.as_object_mut(), idle.is_empty()) {
         all.retain(|_, value| value.as_object().is_none_or(|o| !o.is_empty()));
-        all.insert("not used".into(), idle.into());
+        all.insert(NOT_USED.into(), idle.into());
     }
     asked
 }

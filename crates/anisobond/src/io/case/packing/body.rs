@@ -277,7 +277,7 @@ fn evidence(region: &str, study: &LatticeStudy, p: &PackingStatement) -> Result<
         contact_radius: p.contact_radius,
         coordination: 2.0 * study.lattice.contacts.len() as f64 / study.lattice.packing.len() as f64,
         prescribed: study.prescribed,
-        elliptic: study.fit.as_ref().map(|fit| fit.prescribed),
+        elliptic: study.replaced().copied(),
         summed: study.summed(),
         energy_error: measured.and_then(|measured| study.prescribed.energy_error(&measured)),
         measured,
