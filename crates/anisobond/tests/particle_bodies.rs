@@ -52,8 +52,11 @@ fn bodies_cut_from_a_packing() {
     assert!(!cut.floaters.is_empty());
     assert!(cut.floaters.iter().all(|&i| island.contains(&lattice.packing.centres()[i as usize], 0.0)));
     // Pressure in the hole: its area, into the rock, with no resultant.
-    let window =
-        Window { low: Vector3::new(-1.0, -1.0, 0.0), high: Vector3::new(9.0, 9.0, 8.0), periodic: [false, false, true] };
+    let window = Window {
+        low: Vector3::new(-1.0, -1.0, 0.0),
+        high: Vector3::new(9.0, 9.0, 8.0),
+        periodic: [false, false, true],
+    };
     let surface = exposed_spheres(&free.packing, &hole, &rest, 1.2, &window).unwrap();
     let (area, patches) = (surface.area(), &surface.patches);
     let exact = 2.0 * std::f64::consts::PI * 1.8 * 8.0;

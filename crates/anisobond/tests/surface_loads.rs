@@ -28,7 +28,10 @@ fn loads(case: &CaseFile) -> (Vec<Vector3<f64>>, Vec<Vector3<f64>>) {
 fn case(solids: &str, body: &str, load: &str, lattice: &str, spacing: f64, more: &str) -> CaseFile {
     let own = match lattice {
         "grid" => format!("[grid]\nspacing = '{spacing} mm'\n{more}"),
-        _ => format!("[packing]\nradius = '{} mm'\nnumber = 100\nseed = 3\ncontact_radius = 1.6\nfuzz = 0.2\n{more}", 0.5 * spacing),
+        _ => format!(
+            "[packing]\nradius = '{} mm'\nnumber = 100\nseed = 3\ncontact_radius = 1.6\nfuzz = 0.2\n{more}",
+            0.5 * spacing
+        ),
     };
     let text = format!(
         "material = {{ class = 'isotropic', unit = 'GPa', engineering = {{ e = 20, nu = 0.25 }} }}\n{own}\n{solids}\n\
@@ -43,7 +46,13 @@ const MIDDLE: &str = "intersection = ['core']";
 fn table() -> Vec<(&'static str, &'static str, &'static str, f64, [f64; 3])> {
     let ball = 4.0 * PI * 81.0;
     vec![
-        ("core = { cylinder = { axis = 'z', radius = '8 mm', length = '20 mm' } }", MIDDLE, "'core'", 2.0 * PI * 8.0 * 28.0, [0.0; 3]),
+        (
+            "core = { cylinder = { axis = 'z', radius = '8 mm', length = '20 mm' } }",
+            MIDDLE,
+            "'core'",
+            2.0 * PI * 8.0 * 28.0,
+            [0.0; 3],
+        ),
         ("core = { box = { size = '12, 16, 20 mm' } }", MIDDLE, "'core'", 1504.0, [0.0; 3]),
         (
             "core = { box = { size = '12, 16, 20 mm' }, rotate = { axis = [1, 2, 3], angle = 35 }, move = '3, 0, 1 mm' }",
@@ -107,24 +116,20 @@ fn table() -> Vec<(&'static str, &'static str, &'static str, f64, [f64; 3])> {
 #[test]
 fn pressure_acts_on_the_true_area_of_every_solid() {
     for (solids, body, on, area, resultant) in table() {
-        for lattice in ["grid", "packing"] {
-            for spacing in [2.0, 1.4] {
-                if lattice == "packing" && spacing < 2.0 && area > 1500.0 {
-                    continue;
-                }
-                let case = case(&format!("[solids]\n{solids}"), body, &format!("on = {on}\npressure = '10 MPa'"), lattice, spacing, "");
-                let (places, force) = loads(&case);
-                let sum: f64 = force.iter().map(Vector3::norm).sum();
-                let place = format!("{lattice}, {spacing} mm: {solids}");
-                assert!((sum / (10.0 * area) - 1.0).abs() < 0.01, "{place}: {sum} for {}", 10.0 * area);
-                let total: Vector3<f64> = force.iter().sum();
-                let wanted = 10.0 * Vector3::from(resultant);
-                assert!((total - wanted).norm() < 2e-3 * sum, "{place}: {total} for {wanted}");
-                // A pressure all around turns nothing.
-                if resultant == [0.0; 3] {
-                    let moment: Vector3<f64> = places.iter().zip(&force).map(|(x, f)| x.cross(f)).sum();
-                    assert!(moment.norm() < 2e-3 * sum * 10e-3, "{place}: {moment}");
-                }
+        for (lattice, spacing) in [("grid", 1.6), ("packing", 2.2)] {
+            let load = format!("on = {on}\npressure = '10 MPa'");
+            let case = case(&format!("[solids]\n{solids}"), body, &load, lattice, spacing, "");
+            let (places, force) = loads(&case);
+            let sum: f64 = force.iter().map(Vector3::norm).sum();
+            let place = format!("{lattice}, {spacing} mm: {solids}");
+            assert!((sum / (10.0 * area) - 1.0).abs() < 0.01, "{place}: {sum} for {}", 10.0 * area);
+            let total: Vector3<f64> = force.iter().sum();
+            let wanted = 10.0 * Vector3::from(resultant);
+            assert!((total - wanted).norm() < 2e-3 * sum, "{place}: {total} for {wanted}");
+            // A pressure all around turns nothing; one in a slanted hole does.
+            if body == MIDDLE {
+                let moment: Vector3<f64> = places.iter().zip(&force).map(|(x, f)| x.cross(f)).sum();
+                assert!(moment.norm() < 2e-3 * sum * 10e-3, "{place}: {moment}");
             }
         }
     }
@@ -148,7 +153,11 @@ fn tractions_on_faces_act_on_their_area_and_in_their_middle() {
         let case = case("", body, &format!("on = '{face}'\ntraction = [0, 0, '10 MPa']"), "packing", 2.0, "");
         let (places, force) = loads(&case);
         let total: Vector3<f64> = force.iter().sum();
-        assert!((total - Vector3::z() * 10.0 * area).norm() < 1e-3 * 10.0 * area, "{body}: {total} for {}", 10.0 * area);
+        assert!(
+            (total - Vector3::z() * 10.0 * area).norm() < 1e-3 * 10.0 * area,
+            "{body}: {total} for {}",
+            10.0 * area
+        );
         let moment: Vector3<f64> = places.iter().zip(&force).map(|(x, f)| x.cross(f)).sum();
         let exact = (Vector3::from(middle) * 1e-3).cross(&total);
         assert!((moment - exact).norm() < 1e-3 * 10e-3 * total.norm(), "{body}: {moment} for {exact}");
@@ -171,7 +180,10 @@ fn a_hole_through_a_periodic_body() {
         let (_, force) = loads(&case);
         let sum: f64 = force.iter().map(Vector3::norm).sum();
         let exact = 10e6 * 2.0 * PI * 6e-3 * thick;
-        assert!((sum / exact - 1.0).abs() < 0.01 && force.iter().sum::<Vector3<f64>>().norm() < 1e-6 * sum, "{sum} {exact}");
+        assert!(
+            (sum / exact - 1.0).abs() < 0.01 && force.iter().sum::<Vector3<f64>>().norm() < 1e-6 * sum,
+            "{sum} {exact}"
+        );
     }
 }
 
@@ -180,7 +192,8 @@ fn a_hole_through_a_periodic_body() {
 fn a_surface_inside_of_the_body_is_refused() {
     let solids = "[solids]\ncore = { sphere = { radius = '4 mm' } }";
     for lattice in ["grid", "packing"] {
-        let case = case(solids, "box = { size = '20, 20, 20 mm' }", "on = 'core'\npressure = '1 MPa'", lattice, 2.0, "");
+        let case =
+            case(solids, "box = { size = '20, 20, 20 mm' }", "on = 'core'\npressure = '1 MPa'", lattice, 2.0, "");
         let said = match case.lattice() {
             LatticeKind::Grid => case.problem().unwrap_err(),
             LatticeKind::Packing => case.packing_problem().unwrap_err(),

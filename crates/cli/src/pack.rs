@@ -88,7 +88,8 @@ fn packing(args: &args::Pack) -> Result<Made> {
         None => Target::Porosity(args.porosity.unwrap_or(RandomPacking::USUAL_POROSITY)),
     };
     let radii = radii(args, radius)?;
-    let wanted = RandomPacking { extent, radii, target, contact_radius: args.contact_radius.unwrap_or(1.0), seed: args.seed };
+    let wanted =
+        RandomPacking { extent, radii, target, contact_radius: args.contact_radius.unwrap_or(1.0), seed: args.seed };
     let spinner = ProgressBar::new_spinner();
     spinner.enable_steady_tick(std::time::Duration::from_millis(100));
     let generated = random_observed(&wanted, &mut |p| {

@@ -239,7 +239,9 @@ fn a_lattice_that_misses_its_material_says_so() {
     let dir = folder();
     // r2: C44 of the elliptic form is not the rock's; shale: tangential bonds cannot give ν′ = ¼ of so soft a shear.
     let rock = |nu: f64, g: f64| {
-        format!("unit = 'GPa'\ndensity = '2500 kg/m3'\n[engineering]\nex = 60\nez = 30\nnu_xy = 0.15\nnu_zx = {nu}\ngyz = {g}\n")
+        format!(
+            "unit = 'GPa'\ndensity = '2500 kg/m3'\n[engineering]\nex = 60\nez = 30\nnu_xy = 0.15\nnu_zx = {nu}\ngyz = {g}\n"
+        )
     };
     let r2 = write(&dir, "r2.toml", &rock(0.1, 16.0));
     let shale = write(&dir, "shale.toml", &rock(0.25, 12.0).replace("0.15", "0.2"));
@@ -264,7 +266,10 @@ fn a_lattice_that_misses_its_material_says_so() {
     let run = json(&["run", &case, "-o", out.to_str().unwrap(), "--json"]);
     assert_eq!(told(&run), told(&plan));
     let lattice = &run["packing"]["lattice"][0];
-    assert!((c44(lattice, "prescribed") - 16e9).abs() < 1.0 && (c44(lattice, "elliptic") - 16e9).abs() > 1e9, "{lattice}");
+    assert!(
+        (c44(lattice, "prescribed") - 16e9).abs() < 1.0 && (c44(lattice, "elliptic") - 16e9).abs() > 1e9,
+        "{lattice}"
+    );
     let [least, largest] = [0, 1].map(|i| lattice["energy_error"][i].as_f64().unwrap());
     assert!(least < largest && largest.abs().max(least.abs()) > 0.01 && lattice["measured"].is_array());
     for command in ["lattice", "element-test"] {
@@ -308,7 +313,10 @@ fn keys_that_do_nothing_are_refused_or_named() {
         .replace("[body]", "lattice = 'packing'\nfracture = { stretch = 1e-3 }\n[body]")
         + "[grid]\nspacing = '1 mm'\n";
     let both = write(&dir, "both.toml", &text);
-    for (lattice, idle, used) in [("packing", ["model.bonds", "fracture", "grid"], "strength"), ("grid", ["strength", "contact", "packing"], "grid")] {
+    for (lattice, idle, used) in [
+        ("packing", ["model.bonds", "fracture", "grid"], "strength"),
+        ("grid", ["strength", "contact", "packing"], "grid"),
+    ] {
         let set = format!("lattice={lattice}");
         let plan = json(&["check", &both, "--json", "--set", &set]);
         let note = plan["warnings"][0].as_str().unwrap();

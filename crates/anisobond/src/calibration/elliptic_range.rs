@@ -96,7 +96,8 @@ pub(super) fn refusal(error: Error, c: &TransverseConstants, c44: f64, axis: &Ve
         (false, Some(keys)) => keys[n].to_string(),
         (false, None) => String::new(),
     };
-    let named = |n: usize, name: &str| if key(n).is_empty() { name.to_string() } else { format!("{name} ({})", key(n)) };
+    let named =
+        |n: usize, name: &str| if key(n).is_empty() { name.to_string() } else { format!("{name} ({})", key(n)) };
     let value = |n: usize, x: f64| if n < 2 { format!("{:.4} GPa", 1e-9 * x) } else { format!("{x:.4}") };
     let [given, ways] = if isotropic {
         // 4ν ≤ 1: E_T ≥ 0.
@@ -167,7 +168,14 @@ mod tests {
             crate::calibration::EllipticFit::new(&c, &axis).unwrap_err().to_string()
         };
         let message = fit(ROCK, Vector3::z());
-        for part in ["E (ex) = 60.0000 GPa", "E′ (ez) = 30", "ν′ (nu_zx) = 0.2500", "correct = true", "hybrid", "ν′ (nu_zx) between"] {
+        for part in [
+            "E (ex) = 60.0000 GPa",
+            "E′ (ez) = 30",
+            "ν′ (nu_zx) = 0.2500",
+            "correct = true",
+            "hybrid",
+            "ν′ (nu_zx) between",
+        ] {
             assert!(message.contains(part), "{part}: {message}");
         }
         assert!(fit(ROCK, Vector3::x()).contains("ν′ (nu_xy) = 0.2500"));

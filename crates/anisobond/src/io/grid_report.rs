@@ -113,7 +113,12 @@ impl GridTestReport {
             relative_error: study.promised.relative_error(&r.measured),
             target_error: study.target.relative_error(&r.measured),
             energy_error: study.target.energy_error(&r.measured),
-            warnings: study.target.miss(&r.measured).map(|miss| format!("the cell is not the material: {miss}")).into_iter().collect(),
+            warnings: study
+                .target
+                .miss(&r.measured)
+                .map(|miss| format!("the cell is not the material: {miss}"))
+                .into_iter()
+                .collect(),
             engineering: r.engineering.map(Engineering::from),
             nodal_term: study.network.nodal.as_ref().map(|term| term.stiffness.voigt_rows()),
             stable: r.solver.converged && !r.solver.negative_curvature && waves.is_none_or(|s| s.stable),

@@ -73,7 +73,9 @@ mod tests {
     fn ply() -> Stiffness {
         let (e1, e2, g, n12, n23) = (140e9, 10e9, 5e9, 0.3, 0.4);
         let mut s = Matrix6::zeros();
-        for (a, value) in [1.0 / e1, 1.0 / e2, 1.0 / e2, 2.0 * (1.0 + n23) / e2, 1.0 / g, 1.0 / g].into_iter().enumerate() {
+        for (a, value) in
+            [1.0 / e1, 1.0 / e2, 1.0 / e2, 2.0 * (1.0 + n23) / e2, 1.0 / g, 1.0 / g].into_iter().enumerate()
+        {
             s[(a, a)] = value;
         }
         for (a, b, value) in [(0, 1, -n12 / e1), (0, 2, -n12 / e1), (1, 2, -n23 / e2)] {
@@ -110,7 +112,8 @@ mod tests {
         assert!(words.starts_with("the energy of a strain is off by +0.0 % to +30.0 %"), "{words}");
         // The energy is that of strains: it does not depend on the axes.
         let q = nalgebra::Rotation3::from_euler_angles(0.3, -0.8, 1.2);
-        let (a, b) = (c.energy_error(&other).unwrap(), c.rotated(q.matrix()).energy_error(&other.rotated(q.matrix())).unwrap());
+        let (a, b) =
+            (c.energy_error(&other).unwrap(), c.rotated(q.matrix()).energy_error(&other.rotated(q.matrix())).unwrap());
         assert!((a[0] - b[0]).abs() < 1e-12 && (a[1] - b[1]).abs() < 1e-12);
         assert!(Stiffness::from_mandel(Matrix6::zeros()).energy_error(&c).is_none());
     }

@@ -49,12 +49,18 @@ pub(super) fn unused(root: &Section, lattice: LatticeKind, both: bool) -> Result
         }
     }
     if !breaks(root, lattice)? {
-        const WHY: &str = "no bond of it can break";
+        const WHY: &str = "no bond can break";
         let soft = at(root, "model.softening")?.filter(|v| lattice == LatticeKind::Grid && !v.is_text());
         if let Some(value) = soft {
             return Err(value.wrong("softening does nothing where no bond breaks", "add fracture, or leave it out"));
         }
-        found.extend(root.get("unbreakable").map(|value| (value, WHY)));
+        let idle = root.get("unbreakable");
+        if let (Some(value), false) = (&idle, both) {
+            let needed = if lattice == LatticeKind::Grid { "fracture" } else { "[strength]" };
+            return Err(value
+                .wrong(format!("unbreakable does nothing: {WHY}"), format!("add {needed}, or leave unbreakable out")));
+        }
+        found.extend(idle.map(|value| (value, WHY)));
     }
     if let Some((value, why)) = found.iter().find(|_| !both) {
         let (own, other) = match lattice {
@@ -122,7 +128,8 @@ fn idle(root: &Section, lattice: LatticeKind) -> Result<()> {
     }
     let Some(servo) = root.get("servo") else { return Ok(()) };
     let servo = servo.table(&["xx"])?;
-    let stressed = servo.keys().any(|key| servo.get(key).is_some_and(|v| v.is_table() && v.node.get("stress").is_some()));
+    let stressed =
+        servo.keys().any(|key| servo.get(key).is_some_and(|v| v.is_table() && v.node.get("stress").is_some()));
     for key in ["gain", "fastest"] {
         let idle = servo.get(key).filter(|_| !stressed);
         refuse(idle, "it is for components that a stress drives, and there are none", "leave it out")?;

@@ -218,7 +218,9 @@ mod tests {
         let split = json!({ "material": "Si", "not used": { "model.bonds": "hybrid", "grid": { "spacing": "1 mm" } } });
         let sections = asked(&split);
         assert_eq!(sections[0].1, [("material".into(), "Si".into())]);
-        assert!(sections[1].0.starts_with("Not used") && sections[1].1.contains(&("model.bonds".into(), "hybrid".into())));
+        assert!(
+            sections[1].0.starts_with("Not used") && sections[1].1.contains(&("model.bonds".into(), "hybrid".into()))
+        );
         let expected =
             [("material", "Si"), ("grid, spacing", "1 mm"), ("condition top", "on y-max; traction (0 MPa, 4 MPa, 0)")];
         for (label, value) in expected {

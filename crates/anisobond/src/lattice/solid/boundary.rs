@@ -16,7 +16,7 @@ use super::{Patch, Solid};
 const STEP: f64 = 0.1;
 
 /// Pieces that edges cut are halved so often.
-const HALVINGS: usize = 4;
+const HALVINGS: usize = 5;
 
 /// Most pieces along one coordinate at first; larger ones are halved where they are looked at.
 const MOST_PIECES: f64 = 1024.0;
@@ -119,7 +119,11 @@ fn collect<'s>(solid: &'s Solid, rotation: Matrix3<f64>, shift: Vector3<f64>, pa
         Solid::Moved { solid, rotation: inner, shift: by } => {
             collect(solid, rotation * inner, rotation * by + shift, parts);
         }
-        Solid::Box { .. } | Solid::Cylinder { .. } | Solid::Sphere { .. } | Solid::HalfSpace { .. } | Solid::Mesh(_) => {
+        Solid::Box { .. }
+        | Solid::Cylinder { .. }
+        | Solid::Sphere { .. }
+        | Solid::HalfSpace { .. }
+        | Solid::Mesh(_) => {
             parts.push(Part { solid, rotation, shift });
         }
     }
@@ -198,27 +202,38 @@ impl Part<'_> {
     /// The sheets of its surface, as far as the window may show them.
     fn sheets(&self, window: &Window, size: f64) -> Vec<Sheet> {
         let centre = self.rotation.tr_mul(&(0.5 * (window.low + window.high) - self.shift));
-        let reach = 0.5 * (window.high - window.low).norm() + size;
+        let edges = window.high - window.low;
+        // How far the window reaches along a direction of the part's axes: exactly along a periodic axis, else a little further.
+        let reach = |d: &Vector3<f64>| {
+            let d = (self.rotation * d).abs();
+            let exact = (0..3).any(|a| window.periodic[a] && d[a] > 1.0 - 1e-12);
+            0.5 * d.dot(&edges) + if exact { 0.0 } else { size }
+        };
         let sheet = |form: Form, ranges: [[f64; 2]; 2], scale: [f64; 2]| {
             let pieces = [0, 1].map(|i| pieces((ranges[i][1] - ranges[i][0]) * scale[i], size));
             Sheet { form, rotation: self.rotation, shift: self.shift, ranges, pieces }
         };
-        let near = |middle: f64, low: f64, high: f64| [low.max(middle - reach), high.min(middle + reach)];
+        let near = |d: &Vector3<f64>, from: &Vector3<f64>, low: f64, high: f64| {
+            let (middle, reach) = (d.dot(&(centre - from)), reach(d));
+            [low.max(middle - reach), high.min(middle + reach)]
+        };
         match self.solid {
             Solid::Box { min, max } => {
                 let side = |n: usize| {
                     let (a, at) = (n / 2, if n % 2 == 0 { min } else { max }[n / 2]);
                     let (b, c) = ((a + 1) % 3, (a + 2) % 3);
-                    let ranges = [b, c].map(|i| near(centre[i], min[i], max[i]));
-                    let shown = (at - centre[a]).abs() <= reach && ranges.iter().all(|r| r[0] < r[1]);
-                    let form = Form::Plane { origin: Vector3::ith(a, at), e: Vector3::ith(b, 1.0), f: Vector3::ith(c, 1.0) };
+                    let ranges = [b, c].map(|i| near(&Vector3::ith(i, 1.0), &Vector3::zeros(), min[i], max[i]));
+                    let shown = (at - centre[a]).abs() <= reach(&Vector3::ith(a, 1.0)) + size
+                        && ranges.iter().all(|r| r[0] < r[1]);
+                    let form =
+                        Form::Plane { origin: Vector3::ith(a, at), e: Vector3::ith(b, 1.0), f: Vector3::ith(c, 1.0) };
                     shown.then(|| sheet(form, ranges, [1.0; 2]))
                 };
                 (0..6).filter_map(side).collect()
             }
             Solid::Cylinder { centre: middle, axis, radius, half_length } => {
                 let frame = frame(axis);
-                let along = near((centre - middle).dot(axis), -half_length, *half_length);
+                let along = near(axis, middle, -half_length, *half_length);
                 let mut all = Vec::new();
                 if along[0] < along[1] {
                     let form = Form::Tube { centre: *middle, frame, radius: *radius };
@@ -237,7 +252,8 @@ impl Part<'_> {
             Solid::HalfSpace { point, normal } => {
                 let [e, f, n] = frame(normal);
                 let origin = centre - n * n.dot(&(centre - point));
-                vec![sheet(Form::Plane { origin, e, f }, [[-reach, reach]; 2], [1.0; 2])]
+                let ranges = [e, f].map(|d| [-reach(&d), reach(&d)]);
+                vec![sheet(Form::Plane { origin, e, f }, ranges, [1.0; 2])]
             }
             Solid::Mesh(mesh) => {
                 let triangle = |[a, b, c]: &[Vector3<f64>; 3]| {

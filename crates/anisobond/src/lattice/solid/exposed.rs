@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 
-use super::boundary::{Surface, Window, shared_surface};
 use super::Solid;
+use super::boundary::{Surface, Window, shared_surface};
 use crate::lattice::Packing;
 use crate::{Error, Result};
 
@@ -16,20 +16,13 @@ const PIECES: f64 = 4.0;
 ///
 /// # Errors
 /// No sphere within reach of the surface, or a surface that is none of the body's; a reach that is not positive.
-pub fn exposed_spheres(
-    packing: &Packing,
-    solid: &Solid,
-    body: &Solid,
-    reach: f64,
-    window: &Window,
-) -> Result<Surface> {
+pub fn exposed_spheres(packing: &Packing, solid: &Solid, body: &Solid, reach: f64, window: &Window) -> Result<Surface> {
     if !(reach.is_finite() && reach > 0.0) {
         return Err(Error::input(format!("a reach of {reach} m"), "give a positive length"));
     }
     let mean = packing.radii().iter().sum::<f64>() / packing.len() as f64;
-    let near: Vec<u32> = (0..packing.len() as u32)
-        .filter(|&i| solid.distance(&packing.centres()[i as usize]).abs() <= reach)
-        .collect();
+    let near: Vec<u32> =
+        (0..packing.len() as u32).filter(|&i| solid.distance(&packing.centres()[i as usize]).abs() <= reach).collect();
     if near.is_empty() {
         return Err(Error::input(
             format!("no sphere is within {reach} m of the surface"),

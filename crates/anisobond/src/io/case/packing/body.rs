@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{PackingStatement, Source};
+use crate::Result;
 use crate::experiment::element_test::ElementTest;
 use crate::experiment::{CorrectionChoice, LatticePlan, LatticeStudy, PackingEvidence, anisotropy_axis};
 use crate::io::case::matter::RegionStatement;
@@ -13,7 +14,6 @@ use crate::lattice::generate::{Outcome, random};
 use crate::lattice::{Packing, Solid};
 use crate::operator::StiffBond;
 use crate::tensor::Stiffness;
-use crate::Result;
 
 /// A body's extent along a periodic axis may differ from the cell's by this part.
 const FITS: f64 = 1e-6;

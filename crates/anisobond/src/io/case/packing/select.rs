@@ -51,7 +51,8 @@ pub(super) fn select(case: &CaseFile, spheres: &Spheres, on: &Where) -> Result<V
 
 /// The spheres at the surface that a solid shares with the body, ascending.
 fn carriers(spheres: &Spheres, shape: &Solid) -> Vec<u32> {
-    let mut nodes: Vec<u32> = exposed(spheres, shape).map_or(Vec::new(), |s| s.patches.iter().map(|p| p.node).collect());
+    let mut nodes: Vec<u32> =
+        exposed(spheres, shape).map_or(Vec::new(), |s| s.patches.iter().map(|p| p.node).collect());
     nodes.dedup();
     nodes
 }
