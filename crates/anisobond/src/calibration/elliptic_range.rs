@@ -114,13 +114,15 @@ pub(super) fn refusal(error: Error, c: &TransverseConstants, c44: f64, axis: &Ve
         let ways: Vec<String> = (0..4).filter_map(way).collect();
         [given.join(", "), if ways.is_empty() { "no one constant alone".into() } else { ways.join(", or ") }]
     };
+    // In stiffnesses too, where one of them alone helps.
+    let stiffnesses = if remedy.starts_with("change") { format!("; in stiffnesses, {remedy}") } else { String::new() };
     Error::Input {
         place,
         problem: format!("elliptic moduli of bonds cannot be those of a rock with {given}: {problem}"),
         remedy: format!(
             "correct the bonds instead (packing.correct = true; --correct), which takes any positive definite stiffness and says \
              how near it comes; or the hybrid model, which reaches every one (--model hybrid, or a grid with model.bonds = \
-             \"hybrid\"); or change one constant alone: {ways}; in stiffnesses, {remedy}"
+             \"hybrid\"); or change one constant alone: {ways}{stiffnesses}"
         ),
     }
 }

@@ -3,7 +3,6 @@
 use nalgebra::Vector3;
 
 use super::{PackingStatement, Source};
-use crate::Result;
 use crate::experiment::element_test::ElementTest;
 use crate::experiment::{CorrectionChoice, LatticePlan, LatticeStudy, PackingEvidence, anisotropy_axis};
 use crate::io::case::matter::RegionStatement;
@@ -14,6 +13,7 @@ use crate::lattice::generate::{Outcome, random};
 use crate::lattice::{Packing, Solid};
 use crate::operator::StiffBond;
 use crate::tensor::Stiffness;
+use crate::{Error, Result};
 
 /// A body's extent along a periodic axis may differ from the cell's by this part.
 const FITS: f64 = 1e-6;
@@ -264,7 +264,10 @@ fn evidence(region: &str, study: &LatticeStudy, p: &PackingStatement) -> Result<
         Some((_, report)) => Ok(Stiffness::from_voigt_rows(&report.measured)?),
         None => {
             let test = ElementTest { rotations: p.rotations, ..ElementTest::default() };
-            test.run(&study.network()).map(|r| r.measured)
+            test.run(&study.network()).and_then(|r| match r.solver.converged {
+                true => Ok(r.measured),
+                false => Err(Error::input("its element test did not converge", "give a larger contact radius")),
+            })
         }
     };
     let miss = match &measured {
