@@ -252,6 +252,8 @@ displacement = "0, 0, 0"
 [[initial_velocity]]
 on = "x-max"
 velocity = ["1 m/s", 0, 0]
+[fracture]
+energy = "3 J/m2"
 [[unbreakable]]
 on = "y-max"
 [[unbreakable]]

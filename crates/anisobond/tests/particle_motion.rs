@@ -206,6 +206,74 @@ fn the_stable_step_is_the_pair_s_own() {
     assert!(bound >= exact && bound < 1.06 * exact, "{bound} {exact}");
 }
 
+/// Local damping takes energy, to rounding what the ledger says, at the default step for every λ: a body held below, driven or
+/// pulled above.
+#[test]
+fn local_damping_balances_and_is_stable() {
+    let model = free_model(3, 53, Kinematics::Linear);
+    let n = model.packing.len() as u32;
+    let x = model.packing.centres();
+    let bottom: Vec<u32> = (0..n).filter(|&i| x[i as usize].z < 0.5).collect();
+    let top: Vec<u32> = (0..n).filter(|&i| x[i as usize].z > 1.5).collect();
+    let force = Vector3::new(3e3, 0.0, 5e3);
+    let loads: Vec<PointLoad> = top.iter().map(|&s| PointLoad::force(s, force)).collect();
+    let supports: Vec<Support> = bottom.iter().map(|&sphere| Support { sphere, value: [Some(0.0); 6] }).collect();
+    let rest = equilibrium(&model, &supports, &loads, &Stopping { tolerance: 1e-12, ..Stopping::default() }).unwrap();
+    let still = |&sphere: &u32| (0..6).map(move |component| Held { sphere, component, velocity: 0.0 });
+    let held: Vec<Held> = bottom.iter().flat_map(still).collect();
+    let pulled = Acting { loads, held: held.clone() };
+    for lambda in [0.1, 0.4, 0.7, 0.9, 0.99] {
+        let plan = MotionPlan { safety: 0.9, local: lambda, ..MotionPlan::default() };
+        let start = |viscous: f64, acting: &Acting| {
+            let particles = Particles::new(model.clone()).unwrap();
+            let plan = MotionPlan { viscous, ..plan.clone() };
+            ParticleMotion::new(particles, &plan, |_, _, _| acting.clone()).unwrap()
+        };
+        // Pulled: comes to rest where equilibrium is.
+        let mut motion = start(0.0, &pulled);
+        let mut lost = 0.0;
+        for _ in 0..1500 {
+            motion.advance(|_, _, _| pulled.clone()).unwrap();
+            let ledger = motion.ledger();
+            // It may lag by the half step that a turn begins with.
+            assert!(ledger.damping >= lost - 1e-3 * ledger.external.abs(), "{lambda}: {ledger:?}");
+            lost = ledger.damping;
+        }
+        let ledger = motion.ledger();
+        assert!(ledger.relative_drift() < 1e-12 && ledger.damping > 0.0, "{lambda}: {ledger:?}");
+        // Near λ = 1 what is left of a force moves the body slowly.
+        let close = if lambda > 0.9 { 0.2 } else { 0.01 };
+        assert!((ledger.strain / rest.energy - 1.0).abs() < close, "{lambda}: {ledger:?} {}", rest.energy);
+        // Driven, held and free spheres, viscous damping beside.
+        let mut motion = start(1e-3 / motion.step(), &Acting { loads: Vec::new(), held: held.clone() });
+        for step in 0..400 {
+            let pace = 1e-3 / motion.step() * (0.05 * f64::from(step)).sin();
+            let mut acting = Acting { loads: Vec::new(), held: held.clone() };
+            acting.held.extend(top.iter().map(|&sphere| Held { sphere, component: 2, velocity: pace }));
+            motion.advance(|_, _, _| acting.clone()).unwrap();
+        }
+        let ledger = motion.ledger();
+        assert!(ledger.relative_drift() < 1e-12 && ledger.damping > 0.0, "{lambda}: {ledger:?}");
+    }
+}
+
+/// A sphere on a spring that damping is to bring to rest, at the largest step that it damps at: no swing is left.
+#[test]
+fn no_swing_is_left_at_the_damped_step() {
+    for lambda in [0.1, 0.5, 0.9, 0.99] {
+        let mut particles = Particles::new(pair(Vector3::x() * 1.2, 1e5, 8e4, Kinematics::Linear)).unwrap();
+        particles.set_velocity(0, &Vector3::new(0.1, 0.05, 0.0));
+        let plan = MotionPlan { safety: 0.99, local: lambda, ..MotionPlan::default() };
+        let mut motion = ParticleMotion::new(particles, &plan, free).unwrap();
+        let start = motion.ledger().kinetic;
+        (0..3000).for_each(|_| motion.advance(free).unwrap());
+        let ledger = motion.ledger();
+        // What is left has no force: the pair as a whole goes on.
+        assert!(ledger.strain < 1e-6 * start, "{lambda}: {ledger:?}");
+        assert!(ledger.relative_drift() < 1e-10, "{lambda}: {ledger:?}");
+    }
+}
+
 /// A standing wave through a packing has the frequency of its measured tensor.
 #[test]
 fn waves_travel_as_the_measured_tensor_says() {

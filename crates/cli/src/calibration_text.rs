@@ -26,6 +26,7 @@ fn central(r: &CalibrationReport) -> String {
         text::percent(r.relative_error),
         text::percent(r.cauchy_gap)
     );
+    out += &text::energy_error(r.energy_error);
     out += &feasibility(r.outcome, r.infeasibility.as_ref(), (unit, name));
     out += &format!("anisotropy A^U   {}\n", text::number(r.universal_anisotropy));
     out += &micromodulus("micromodulus c ", &r.micromodulus, r.neighbourhood.bonds);
@@ -48,6 +49,7 @@ fn micropolar(r: &MicropolarReport) -> String {
         text::percent(r.sum_error),
         text::percent(r.relaxed_error)
     );
+    out += &text::energy_error(r.energy_error);
     out += &format!("Cauchy gap       {} %: the least without tangential bonds\n", text::percent(r.cauchy_gap));
     match &r.infeasibility {
         None => out += feasible(r.outcome),

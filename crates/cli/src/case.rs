@@ -26,7 +26,8 @@ pub fn checked(case: &CaseFile) -> Result<(serde_json::Value, String)> {
         LatticeKind::Grid => {
             let problem = case.problem()?;
             let (cost, warnings) = RunCost::with_warnings(&problem)?;
-            let plan = CasePlan { warnings, ..case.plan(&problem) };
+            let mut plan = case.plan(&problem);
+            plan.warnings.extend(warnings);
             (json(&plan)?, cost, describe(&plan, case.description()))
         }
         LatticeKind::Packing => {

@@ -115,6 +115,8 @@ pub fn describe(r: &GridTestReport) -> String {
         percent(r.target_error),
         percent(r.promised_error)
     );
+    out += &text::energy_error(r.energy_error);
+    r.warnings.iter().for_each(|w| out += &format!("warning: {w}\n"));
     let stability = match (r.stable, r.stability.evidence) {
         (true, Evidence::Proved) => "stable, proved",
         (true, Evidence::Sampled) => "stable as sampled, not proved: no displacement of negative energy was met",

@@ -143,9 +143,21 @@ fn study(
 
 /// A lattice, and its tensors side by side.
 pub fn describe_lattice(r: &LatticeReport) -> String {
-    let mut columns = vec![("prescribed", &r.prescribed), ("lattice", &r.lattice)];
+    let mut columns = vec![("prescribed", &r.prescribed)];
+    columns.extend(replaced(r));
+    columns.push(("lattice", &r.lattice));
     columns.extend(r.best_fit.iter().map(|c| ("best fit", c)));
-    describe(r) + &components(&columns)
+    describe(r) + &components(&columns) + &energy(r)
+}
+
+/// The tensor of elliptic moduli, where it is not the material's.
+fn replaced(r: &LatticeReport) -> Option<(&'static str, &Voigt)> {
+    Some(("elliptic", r.elliptic.as_ref()?.elliptic.as_ref()?))
+}
+
+/// How far the energy of a strain is off, and what to look at.
+fn energy(r: &LatticeReport) -> String {
+    text::energy_error(r.energy_error) + &r.warnings.iter().map(|w| format!("warning: {w}\n")).collect::<String>()
 }
 
 fn describe(r: &LatticeReport) -> String {
@@ -168,7 +180,7 @@ fn describe(r: &LatticeReport) -> String {
         out += &format!("E_T^a′ {}  E_T^b′ {}\n", stress(e.et_a), stress(e.et_b));
         if (c44.given - c44.dependent).abs() > 1e-9 * c44.given.abs() {
             out += &format!(
-                "C44               {} prescribed for the material's {} (four constants are free)\n",
+                "C44               {} follows from the four elliptic moduli, for the material's {}\n",
                 stress(c44.dependent),
                 stress(c44.given)
             );
@@ -240,11 +252,13 @@ pub fn components(columns: &[(&str, &Voigt)]) -> String {
 pub fn describe_test(r: &ElementTestReport) -> String {
     let (unit, name) = text::stress_unit(text::largest(&r.lattice.prescribed));
     let mut out = describe(&r.lattice);
-    let mut columns =
-        vec![("prescribed", &r.lattice.prescribed), ("lattice", &r.lattice.lattice), ("measured", &r.measured)];
+    let mut columns = vec![("prescribed", &r.lattice.prescribed)];
+    columns.extend(replaced(&r.lattice));
+    columns.extend([("lattice", &r.lattice.lattice), ("measured", &r.measured)]);
     columns.extend(r.lattice.best_fit.iter().map(|c| ("best fit", c)));
     out += &components(&columns);
     out += &format!("\nmeasured is {} % away from prescribed\n", text::number(100.0 * r.relative_error));
+    out += &energy(&r.lattice);
     if let Some(e) = &r.engineering {
         let row = |values: [f64; 3]| values.map(|x| format!("{x:>10.4}")).concat();
         out += &format!("  E_x E_y E_z    ({name}) {}\n", row([e.ex, e.ey, e.ez].map(|x| x / unit)));

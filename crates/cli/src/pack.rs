@@ -16,7 +16,10 @@ use crate::{Ending, args, text};
 
 pub fn run(args: &args::Pack) -> Result<Ending> {
     let (packing, report) = packing(args)?;
-    let statistics = packing.statistics(args.contact_radius)?;
+    let statistics = packing.statistics(args.contact_radius.unwrap_or(1.0))?;
+    // Where nobody says at which radius bonds will be made: those of the commands that make them.
+    let usual = args::USUAL_CONTACT_RADIUS;
+    let bonds = args.contact_radius.is_none().then(|| packing.statistics(usual)).transpose()?;
     if let Some(path) = &args.output {
         write_packing(path, &packing)?;
         eprintln!("wrote {}", path.display());
@@ -25,9 +28,20 @@ pub fn run(args: &args::Pack) -> Result<Ending> {
         let generation = report.as_ref().map(
             |r| json!({"outcome": r.outcome, "message": r.message, "trials": r.trials, "iterations": r.iterations}),
         );
-        text::print_json(&json!({ "statistics": statistics, "generation": generation }))?;
+        let bonds = bonds.map(
+            |b| json!({"contact_radius": b.contact_radius, "contacts": b.contacts, "coordination": b.coordination}),
+        );
+        text::print_json(&json!({ "statistics": statistics, "bonds": bonds, "generation": generation }))?;
     } else {
-        text::print(&describe(&statistics))?;
+        let bonds = bonds.map_or(String::new(), |b| {
+            format!(
+                "bonds at {}      {}, {} per sphere: the contact radius of lattice and element-test unless another is given\n",
+                text::number(b.contact_radius),
+                b.contacts,
+                text::number(b.coordination.mean)
+            )
+        });
+        text::print(&(describe(&statistics) + &bonds))?;
     }
     match report {
         Some(r) if r.outcome != Outcome::Reached => {
@@ -74,7 +88,8 @@ fn packing(args: &args::Pack) -> Result<Made> {
         None => Target::Porosity(args.porosity.unwrap_or(RandomPacking::USUAL_POROSITY)),
     };
     let radii = radii(args, radius)?;
-    let wanted = RandomPacking { extent, radii, target, contact_radius: args.contact_radius, seed: args.seed };
+    let wanted =
+        RandomPacking { extent, radii, target, contact_radius: args.contact_radius.unwrap_or(1.0), seed: args.seed };
     let spinner = ProgressBar::new_spinner();
     spinner.enable_steady_tick(std::time::Duration::from_millis(100));
     let generated = random_observed(&wanted, &mut |p| {

@@ -116,6 +116,11 @@ fn describe_packing(p: &PackingSummary, steps: u64) -> String {
     if let Some(lattice) = p.lattice.first() {
         let (radius, coordination) = (n(lattice.contact_radius), n(lattice.coordination));
         out += &format!("lattice           contact radius {radius}, {coordination} bonds per sphere\n");
+        for region in &p.lattice {
+            let error = text::energy_error(region.energy_error);
+            let name = if p.lattice.len() > 1 { format!("{}: ", region.region) } else { String::new() };
+            out += &if error.is_empty() { error } else { format!("                  {name}{error}") };
+        }
     }
     if let Some(cell) = &p.cell {
         let row = |values: &[f64; 6], unit: f64| values.map(|x| n(x / unit)).join(" ");

@@ -11,7 +11,7 @@ use pyo3::types::PyDict;
 
 use crate::convert;
 use crate::report::{Report, table_of_csv};
-use crate::work::{Beat, OrRaise, raised, watched, wrong};
+use crate::work::{Beat, OrRaise, raised, warned, watched, wrong};
 
 /// A problem as data: the path of a case file (TOML; docs/cases.md), or its text; `set` replaces values, as `--set`:
 /// {"grid.spacing": "0.5 mm", "condition.0.pressure": "2 MPa"}. Paths in a text are relative to the working folder.
@@ -214,10 +214,7 @@ pub fn run<'py>(
         let options = RunOptions { folder: &folder, resume, case: &case.identity, stop };
         run_case(&case.file, &options, |p| tell(beat(p)))
     })?;
-    let warnings = py.import("warnings")?;
-    for warning in &summary.warnings {
-        warnings.call_method1("warn", (warning,))?;
-    }
+    warned(py, &summary.warnings)?;
     made_run(py, &summary, &summary, folder)
 }
 

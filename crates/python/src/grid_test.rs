@@ -16,7 +16,7 @@ use crate::material::material as material_of;
 use crate::neighbourhood::{Neighbourhood, chosen};
 use crate::report::{Report, percent};
 use crate::stiffness::Stiffness;
-use crate::work::{OrRaise, iterated, raised, wrong};
+use crate::work::{OrRaise, iterated, raised, warned, wrong};
 
 /// What an element test of a grid cell measured; made by `grid_test`.
 #[pyclass(frozen, extends = Report, module = "anisobond")]
@@ -170,6 +170,7 @@ pub fn grid_test<'py>(
         let result = study.test(&test)?;
         Ok(GridTestReport::new(&material, &calibrator, &study, &result))
     })?;
+    warned(py, &report.warnings)?;
     let [i, j, k] = report.cell.places;
     let summary = format!(
         "{}: {i} × {j} × {k} nodes, measured is {} from promised",

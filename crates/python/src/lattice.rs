@@ -21,7 +21,7 @@ use crate::material::material as material_of;
 use crate::packing::packing as packing_of;
 use crate::report::{Report, number, percent, table};
 use crate::stiffness::Stiffness;
-use crate::work::{background, iterated, wrong};
+use crate::work::{background, iterated, warned, wrong};
 
 /// Models of a lattice or a cell by their names.
 pub const MODELS: [(&str, Model); 3] =
@@ -96,7 +96,7 @@ impl Lattice {
 
 #[pymethods]
 impl Lattice {
-    /// The tensor asked of the lattice; with elliptic moduli what these prescribe.
+    /// The tensor asked of the lattice: the material's.
     #[getter]
     fn prescribed(&self) -> Stiffness {
         Stiffness::named(self.study().prescribed, format!("{} prescribed", self.made.0.name))
@@ -218,6 +218,7 @@ pub fn lattice<'py>(
         Ok((material, study, report))
     })?;
     let (_, study, report) = &made;
+    warned(py, &report.warnings)?;
     let summary = format!(
         "{}: {} spheres, {} bonds, contact radius {}",
         report.material,
@@ -332,6 +333,7 @@ pub fn element_test<'py>(
         }
         ElementTestReport::of_static(&material, &study, &test.run(&study.network())?)
     })?;
+    warned(py, &report.lattice.warnings)?;
     let summary =
         format!("{}: measured is {} from prescribed", report.lattice.material, percent(report.relative_error));
     let base = Report::new(summary, &report, describe::element_test(&report))?;

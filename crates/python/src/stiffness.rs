@@ -305,6 +305,20 @@ impl Stiffness {
         Ok(self.tensor().relative_error(&material::material(other)?.stiffness))
     }
 
+    /// Least and largest relative error of the energy that a strain has in `other`, over all strains; None where this tensor is
+    /// not positive definite.
+    ///
+    /// >>> c = Stiffness("Si")
+    /// >>> [round(100 * e, 1) for e in c.energy_error(c.voigt * 1.02)]
+    /// [2.0, 2.0]
+    fn energy_error(&self, other: &Bound<'_, PyAny>) -> PyResult<Option<(f64, f64)>> {
+        let [least, largest] = match self.tensor().energy_error(&material::material(other)?.stiffness) {
+            Some(error) => error,
+            None => return Ok(None),
+        };
+        Ok(Some((least, largest)))
+    }
+
     /// Young's modulus (Pa) along directions (…, 3).
     ///
     /// >>> Stiffness("Pyroceram").young([1, 0, 0]).shape, Stiffness("Si").young([[1, 0, 0], [1, 1, 1]]).shape

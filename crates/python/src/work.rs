@@ -187,3 +187,9 @@ fn attended<T: Send>(
         (_, Some(failure)) => Err(failure),
     }
 }
+
+/// What to look at, as Python warnings.
+pub fn warned(py: Python<'_>, all: &[String]) -> PyResult<()> {
+    let warnings = py.import("warnings")?;
+    all.iter().try_for_each(|warning| warnings.call_method1("warn", (warning,)).map(drop))
+}

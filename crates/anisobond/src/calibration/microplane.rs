@@ -7,6 +7,7 @@
 use nalgebra::{Matrix3, Matrix3x6, Matrix4, Matrix6, Vector3, Vector4, Vector6};
 use serde::Serialize;
 
+use super::elliptic_range::refusal;
 use super::sphere_rule::SphereRule;
 use crate::tensor::{PAIRS, Stiffness, SymmetryClass, mandel_weight, row_of};
 use crate::{Error, Result};
@@ -291,7 +292,7 @@ impl EllipticFit {
         let closest = SymmetryClass::TransverselyIsotropic.project(&seen);
         let v = closest.voigt();
         let constants = TransverseConstants { c11: v[(0, 0)], c33: v[(2, 2)], c13: v[(0, 2)], c12: v[(0, 1)] };
-        let moduli = EllipticModuli::admissible(&constants)?;
+        let moduli = EllipticModuli::admissible(&constants).map_err(|e| refusal(e, &constants, v[(3, 3)], &axis))?;
         Ok(EllipticFit {
             microplane: EllipticMicroplane { moduli, axis },
             constants,

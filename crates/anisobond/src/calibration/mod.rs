@@ -21,6 +21,7 @@ mod calibrator;
 mod dense_reference;
 mod dispersion;
 mod dual_newton;
+mod elliptic_range;
 mod energy_by_normal;
 mod fracture;
 mod free_rotations;

@@ -46,7 +46,8 @@ pub struct LatticeStudy {
     pub lattice: Lattice,
     /// The model.
     pub model: Model,
-    /// The tensor asked of the lattice (Pa): with elliptic moduli, what these prescribe; else the material's own.
+    /// The tensor asked of the lattice (Pa): the material's own. Elliptic moduli have something else in its place, which
+    /// [`EllipticFit::prescribed`] says.
     pub prescribed: Stiffness,
     /// The material as elliptic microplane moduli about its axis, where the lattice is made of these.
     pub fit: Option<EllipticFit>,
@@ -67,7 +68,7 @@ impl LatticeStudy {
     /// ([`EllipticModuli::admissible`]).
     pub fn new(packing: Packing, target: &Stiffness, axis: &Vector3<f64>, contact_radius: f64) -> Result<Self> {
         let fit = EllipticFit::new(target, axis)?;
-        LatticeStudy::elliptic(Lattice::new(packing, contact_radius)?, fit, None)
+        LatticeStudy::elliptic(Lattice::new(packing, contact_radius)?, target, fit, None)
     }
 
     /// The lattice of a periodic packing at contact radius I_R by a plan: S's own bonds ([`LatticeStudy::new`]) for the
@@ -88,9 +89,9 @@ impl LatticeStudy {
         target.require_positive_definite()?;
         let lattice = Lattice::new(packing, contact_radius)?;
         match (plan.model, &plan.correction) {
-            (Model::Micropolar, None) => LatticeStudy::elliptic(lattice, EllipticFit::new(target, axis)?, None),
+            (Model::Micropolar, None) => LatticeStudy::elliptic(lattice, target, EllipticFit::new(target, axis)?, None),
             (Model::Micropolar, Some((choice, correction))) => match elliptic_fit(target, axis, *choice)? {
-                Some(fit) => LatticeStudy::elliptic(lattice, fit, Some(correction)),
+                Some(fit) => LatticeStudy::elliptic(lattice, target, fit, Some(correction)),
                 None => LatticeStudy::general(lattice, target, correction),
             },
             (Model::Central | Model::Hybrid, Some((CorrectionChoice::Elliptic, _))) => Err(Error::input(
@@ -102,7 +103,12 @@ impl LatticeStudy {
         }
     }
 
-    fn elliptic(lattice: Lattice, fit: EllipticFit, correction: Option<&Correction>) -> Result<Self> {
+    fn elliptic(
+        lattice: Lattice,
+        target: &Stiffness,
+        fit: EllipticFit,
+        correction: Option<&Correction>,
+    ) -> Result<Self> {
         let mut stiffness = LatticeStiffness::new(&lattice, &fit.microplane)?;
         let mut corrected = None;
         if let Some(correction) = correction {
@@ -110,7 +116,7 @@ impl LatticeStudy {
             stiffness = r.stiffness(stiffness.mu);
             corrected = Some((r.moduli, r.report));
         }
-        let prescribed = fit.prescribed;
+        let prescribed = *target;
         let (model, nodal) = (Model::Micropolar, None);
         Ok(LatticeStudy { lattice, model, prescribed, fit: Some(fit), stiffness, nodal, correction: corrected })
     }
@@ -187,6 +193,38 @@ impl LatticeStudy {
     /// As [`best_fit_stiffness`].
     pub fn best_fit(&self) -> Result<Stiffness> {
         best_fit_stiffness(&self.lattice, &self.stiffness)
+    }
+
+    /// What elliptic moduli stand for (Pa), where that is not the material.
+    pub fn replaced(&self) -> Option<&Stiffness> {
+        let elliptic = &self.fit.as_ref()?.prescribed;
+        (self.prescribed.relative_error(elliptic) > 1e-6).then_some(elliptic)
+    }
+
+    /// What to say of what the lattice has, measured or summed (Pa), where that is noticeably not what was asked.
+    pub fn miss(&self, has: &Stiffness) -> Option<String> {
+        let miss = self.prescribed.miss(has)?;
+        let replaced = self.fit.as_ref().filter(|fit| (fit.dependent_c44 / fit.given_c44 - 1.0).abs() > 1e-6);
+        let replaced = replaced.map_or(String::new(), |fit| {
+            format!(
+                "; elliptic moduli have four constants, and C44 = {:.4} GPa follows from them, for {:.4} GPa of the material",
+                1e-9 * fit.dependent_c44,
+                1e-9 * fit.given_c44
+            )
+        });
+        let way = match (self.model, &self.correction) {
+            (Model::Hybrid, Some(_)) => "A larger contact radius has more bonds",
+            (Model::Hybrid, None) => "Correct the bonds by their own element test (correct)",
+            (_, None) => {
+                "Correct the bonds by their own element test (correct), or use the hybrid model, which reaches every \
+                 stiffness (--model hybrid --correct, or a grid with model.bonds = \"hybrid\")"
+            }
+            (_, Some(_)) => {
+                "The hybrid model reaches every stiffness (--model hybrid --correct, or a grid with model.bonds = \
+                 \"hybrid\")"
+            }
+        };
+        Some(format!("the lattice is not the material: {miss}{replaced}. {way}"))
     }
 
     /// Nodes, stiff bonds and nodal term.

@@ -66,6 +66,10 @@ pub struct GridTestReport {
     pub relative_error: f64,
     /// ‖target − measured‖/‖target‖.
     pub target_error: f64,
+    /// Least and largest relative error of the energy of a strain, measured against the target; `None` where that is singular.
+    pub energy_error: Option<[f64; 2]>,
+    /// What to look at.
+    pub warnings: Vec<String>,
     /// Engineering constants of the measured tensor; `None` if it is singular.
     pub engineering: Option<Engineering>,
     /// The nodal term Z (Voigt, Pa) of the hybrid model.
@@ -130,6 +134,13 @@ impl GridTestReport {
             promised_error: study.target.relative_error(&study.promised),
             relative_error: study.promised.relative_error(&r.measured),
             target_error: study.target.relative_error(&r.measured),
+            energy_error: study.target.energy_error(&r.measured),
+            warnings: study
+                .target
+                .miss(&r.measured)
+                .map(|miss| format!("the cell is not the material: {miss}"))
+                .into_iter()
+                .collect(),
             engineering: r.engineering.map(Engineering::from),
             nodal_term: study.network.nodal.as_ref().map(|term| term.stiffness.voigt_rows()),
             stable,

@@ -31,6 +31,8 @@ pub struct HybridReport {
     pub reached: Voigt,
     /// ‖target − reached‖/‖target‖ over all 81 components.
     pub relative_error: f64,
+    /// Least and largest relative error of the energy of a strain, over all strains; `None` where the target is singular.
+    pub energy_error: Option<[f64; 2]>,
     /// The tensor of the bonds alone (Voigt, Pa).
     pub reached_by_bonds: Voigt,
     /// The nodal term Z (Voigt, Pa): energy density ½ ε̄:Z:ε̄ of a node's average strain.
@@ -80,6 +82,7 @@ impl HybridReport {
             target: r.target.voigt_rows(),
             reached: r.reached.voigt_rows(),
             relative_error: r.relative_error,
+            energy_error: r.target.energy_error(&r.reached),
             reached_by_bonds: bonds.reached.voigt_rows(),
             nodal_term: r.nodal.voigt_rows(),
             nodal_share: r.nodal.norm() / r.target.norm(),

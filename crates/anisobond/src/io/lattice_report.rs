@@ -8,7 +8,7 @@ use crate::experiment::element_test::{Certificate, DynamicTestResult, ElementTes
 use crate::experiment::{CorrectionReport, LatticeStudy};
 use crate::lattice::PackingStatistics;
 use crate::solver::SolverReport;
-use crate::tensor::{EngineeringConstants, Material};
+use crate::tensor::{EngineeringConstants, Material, Stiffness};
 use crate::{Error, Result};
 
 /// A lattice made of a packing and a material. Stresses in Pa.
@@ -36,10 +36,15 @@ pub struct LatticeReport {
     /// What of it is elliptic; nothing for other moduli.
     #[serde(flatten)]
     pub elliptic: Option<EllipticReport>,
-    /// The tensor asked of the lattice: with elliptic moduli, the four constants and the dependent C44 (Voigt, Pa).
+    /// The tensor asked of the lattice: the material's (Voigt, Pa).
     pub prescribed: Voigt,
     /// Summed over the lattice at uniform strain, an upper bound (Voigt, Pa).
     pub lattice: Voigt,
+    /// Least and largest relative error of the energy of a strain, over all strains: of what an element test has measured,
+    /// where one was made, else of the sum over bonds.
+    pub energy_error: Option<[f64; 2]>,
+    /// What to look at.
+    pub warnings: Vec<String>,
     /// Best-fit estimate, the lower companion (Voigt, Pa); `None` where it has no meaning, as for bonds without
     /// tangential stiffness.
     pub best_fit: Option<Voigt>,
@@ -62,6 +67,9 @@ pub struct EllipticReport {
     pub axis: [f64; 3],
     /// ‖C − C_TI‖/‖C‖ of the material from transverse isotropy about the axis.
     pub distance_from_transverse_isotropy: f64,
+    /// What the moduli stand for, where it is not the material: the four constants and the dependent C44 (Voigt, Pa).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub elliptic: Option<Voigt>,
     /// C44 of the material, and the one the elliptic interpolation has instead (Pa).
     pub c44: DependentComponent,
 }
@@ -87,9 +95,14 @@ impl LatticeReport {
             lattice_moduli: microplane.moduli.scaled(1.0 / study.stiffness.mu),
             axis: microplane.axis.into(),
             distance_from_transverse_isotropy: fit.distance,
+            elliptic: study.replaced().map(|c| c.voigt_rows()),
             c44: DependentComponent { given: fit.given_c44, dependent: fit.dependent_c44 },
         });
+        let measured = study.correction.as_ref().map(|(_, report)| Stiffness::from_voigt_rows(&report.measured));
+        let has = measured.transpose()?.unwrap_or_else(|| study.summed());
         Ok(LatticeReport {
+            energy_error: study.prescribed.energy_error(&has),
+            warnings: study.miss(&has).into_iter().collect(),
             material: material.name.clone(),
             source: material.source.clone(),
             density: material.density,
@@ -106,6 +119,17 @@ impl LatticeReport {
             nodal_term: study.nodal.as_ref().map(|term| term.stiffness.voigt_rows()),
             correction: study.correction.as_ref().map(|(_, report)| report.clone()),
         })
+    }
+}
+
+impl LatticeReport {
+    /// The same of a lattice that an element test has measured.
+    fn tested(self, study: &LatticeStudy, measured: &Stiffness) -> Self {
+        LatticeReport {
+            energy_error: study.prescribed.energy_error(measured),
+            warnings: study.miss(measured).into_iter().collect(),
+            ..self
+        }
     }
 }
 
@@ -245,7 +269,7 @@ impl ElementTestReport {
     /// # Errors
     /// As [`LatticeReport::new`].
     pub fn of_static(material: &Material, study: &LatticeStudy, r: &ElementTestResult) -> Result<Self> {
-        let lattice = LatticeReport::new(material, study)?;
+        let lattice = LatticeReport::new(material, study)?.tested(study, &r.measured);
         let engineering = r.engineering.map(Engineering::from);
         Ok(ElementTestReport {
             measured: r.measured.voigt_rows(),
@@ -276,7 +300,7 @@ impl ElementTestReport {
         let e = r.engineering;
         let couples = [(e.nu12 / e.e1, e.nu21 / e.e2), (e.nu13 / e.e1, e.nu31 / e.e3), (e.nu23 / e.e2, e.nu32 / e.e3)];
         let asymmetry = couples.iter().map(|(a, b)| 2.0 * (a - b).abs() / (a.abs() + b.abs())).fold(0.0, f64::max);
-        let lattice = LatticeReport::new(material, study)?;
+        let lattice = LatticeReport::new(material, study)?.tested(study, &measured);
         let engineering = Engineering::from(e);
         Ok(ElementTestReport {
             measured: measured.voigt_rows(),

@@ -30,6 +30,8 @@ pub struct MicropolarReport {
     pub reached: Voigt,
     /// ‖target − reached‖/‖target‖ over all 81 components.
     pub relative_error: f64,
+    /// Least and largest relative error of the energy of a strain, over all strains; `None` where the target is singular.
+    pub energy_error: Option<[f64; 2]>,
     /// The sum over bonds at uniform strain, nodes not turning (Voigt, Pa).
     pub sum: Voigt,
     /// ‖target − sum‖/‖target‖.
@@ -93,6 +95,7 @@ impl MicropolarReport {
             target: r.target.voigt_rows(),
             reached: promised.voigt_rows(),
             relative_error: r.promised_error(),
+            energy_error: r.target.energy_error(promised),
             sum: r.reached.voigt_rows(),
             sum_error: r.relative_error,
             relaxed: r.relaxed.voigt_rows(),

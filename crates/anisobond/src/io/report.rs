@@ -145,6 +145,8 @@ pub struct CalibrationReport {
     pub reached: Voigt,
     /// ‖target − reached‖/‖target‖ over all 81 components.
     pub relative_error: f64,
+    /// Least and largest relative error of the energy of a strain, over all strains; `None` where the target is singular.
+    pub energy_error: Option<[f64; 2]>,
     /// The least relative error of central bonds on any neighbourhood.
     pub cauchy_gap: f64,
     /// feasible, infeasible or not-converged.
@@ -279,6 +281,7 @@ impl CalibrationReport {
             target: r.target.voigt_rows(),
             reached: r.reached.voigt_rows(),
             relative_error: r.relative_error,
+            energy_error: r.target.energy_error(&r.reached),
             cauchy_gap: r.cauchy_gap,
             outcome: r.outcome(),
             feasible: r.feasible(),

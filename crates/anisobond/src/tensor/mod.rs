@@ -4,6 +4,7 @@ mod cauchy;
 mod class;
 mod directional;
 mod material;
+mod miss;
 mod moduli;
 mod stiffness;
 mod symmetry;
@@ -14,6 +15,7 @@ pub use cauchy::{MONOMIALS, Quartic, cauchy_coordinates, quartic_of, quartic_wei
 pub use class::{SymmetryClass, closure, project};
 pub use directional::{DirectionalExtremes, DirectionalModuli, Extreme, Extremes};
 pub use material::Material;
+pub use miss::NOTICEABLE_MISS;
 pub use moduli::{AverageModuli, BulkShear, EngineeringConstants};
 pub use stiffness::{PAIRS, Stiffness, mandel_rotation, mandel_weight, mandel_weights, row_of};
 pub use symmetry::{ClassFit, SYMMETRY_TOLERANCE, Symmetry};

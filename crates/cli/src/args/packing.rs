@@ -6,6 +6,9 @@ use clap::{Args, ValueEnum};
 
 use super::NeighbourhoodArgs;
 
+/// Contact radius of bonds unless another is asked for.
+pub const USUAL_CONTACT_RADIUS: f64 = 1.8;
+
 /// Make a packing of spheres, or read one; say how dense it is, and write it
 #[derive(Args)]
 #[command(after_help = "\
@@ -54,9 +57,10 @@ pub struct Pack {
     /// Mean number of contacts per sphere at the contact radius
     #[arg(long)]
     pub coordination: Option<f64>,
-    /// Contact radius I_R at which contacts are counted
-    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
-    pub contact_radius: f64,
+    /// Contact radius I_R at which contacts are counted [default: 1, spheres that touch; and the bonds at 1.8 beside, which is
+    /// what `lattice` and `element-test` take]
+    #[arg(long, allow_negative_numbers = true)]
+    pub contact_radius: Option<f64>,
     /// Packings of equal seeds are equal
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
@@ -80,7 +84,7 @@ pub enum CrystalName {
 #[derive(Args)]
 pub struct BondArgs {
     /// Contact radius I_R: bonds where |x₁ − x₂| ≤ I_R (r₁ + r₂)
-    #[arg(long, default_value_t = 1.8, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = USUAL_CONTACT_RADIUS, allow_negative_numbers = true)]
     pub contact_radius: f64,
     /// Turn the material until its anisotropy axis lies along x,y,z, or strike-dip:α,β in degrees
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]

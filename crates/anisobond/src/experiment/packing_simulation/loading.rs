@@ -49,7 +49,13 @@ impl Loading {
             loading.histories.push(time.clone());
             match condition {
                 Condition::Force { nodes, force, .. } => {
-                    loading.forces.extend(nodes.iter().zip(force).map(|(&sphere, &f)| (sphere, history, f)));
+                    // A sphere may carry several surfaces.
+                    for (&sphere, &f) in nodes.iter().zip(force) {
+                        match loading.forces.last_mut().filter(|last| (last.0, last.1) == (sphere, history)) {
+                            Some(last) => last.2 += f,
+                            None => loading.forces.push((sphere, history, f)),
+                        }
+                    }
                 }
                 Condition::Displacement { nodes, value, .. } | Condition::Velocity { nodes, value, .. } => {
                     let velocity = matches!(condition, Condition::Velocity { .. });

@@ -10,7 +10,6 @@ mod statics;
 
 use nalgebra::{Matrix3, Vector3};
 
-use self::fields::stress_warnings;
 use self::loading::Loading;
 use self::loose::Joined;
 pub use self::problem::{CellDrive, CellState, Leavers, PackingEvidence, PackingProblem, Peak, ServoPlan};
@@ -23,7 +22,7 @@ use super::simulation::{Ledger, StepEvidence};
 use crate::operator::Network;
 use crate::operator::particles::{Particles, Sums};
 use crate::solver::SolverReport;
-use crate::solver::particles::{Control, Servo, affine_stiffness, mean_stress, stable_step};
+use crate::solver::particles::{Control, Servo, affine_stiffness, damped_step, mean_stress};
 use crate::tensor::PAIRS;
 use crate::{Error, Result};
 
@@ -72,7 +71,7 @@ impl PackingSimulation {
         };
         Ok(PackingSimulation {
             bounds: room(&problem),
-            warnings: [joined.warnings(&problem), stress_warnings(&problem)].concat(),
+            warnings: problem.warnings_of(&joined),
             stage,
             peak: None,
             left: None,
@@ -327,7 +326,7 @@ fn servo(problem: &PackingProblem) -> Result<Option<Servo>> {
 
 /// The largest stable step and the one used.
 fn step_of(problem: &PackingProblem, particles: &Particles) -> Result<StepEvidence> {
-    let stable = stable_step(particles)?;
+    let stable = damped_step(particles, problem.local_damping)?;
     Ok(StepEvidence { step: checked_step(&plan(problem)?, stable)?, stable })
 }
 

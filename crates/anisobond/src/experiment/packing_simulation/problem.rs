@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use super::fields::stress_warnings;
 use super::loose::Joined;
 use crate::experiment::element_test::Rotations;
 use crate::experiment::problem::{Condition, OutputPlan, Probe, Schedule};
@@ -57,9 +58,19 @@ impl PackingProblem {
         radii.iter().sum::<f64>() / radii.len() as f64
     }
 
-    /// What a user should know before a run: spheres without bonds, and parts that no bond joins.
+    /// What a user should know before a run: spheres without bonds, parts that no bond joins,
+    /// materials that the lattice misses.
     pub fn warnings(&self) -> Vec<String> {
-        Joined::new(self).warnings(self)
+        self.warnings_of(&Joined::new(self))
+    }
+
+    pub(super) fn warnings_of(&self, joined: &Joined) -> Vec<String> {
+        let many = self.evidence.len() > 1;
+        let named = |e: &PackingEvidence| {
+            e.miss.as_ref().map(|miss| if many { format!("region {}: {miss}", e.region) } else { miss.clone() })
+        };
+        let missed = self.evidence.iter().filter_map(named);
+        joined.warnings(self).into_iter().chain(missed).chain(stress_warnings(self)).collect()
     }
 
     /// Whether the body is periodic along all axes.
@@ -106,15 +117,25 @@ pub struct PackingEvidence {
     pub contact_radius: f64,
     /// Bonds per sphere of the periodic packing that the body is made from.
     pub coordination: f64,
-    /// Stiffness asked of the lattice (Pa, Voigt).
+    /// Stiffness asked of the lattice: the material's (Pa, Voigt).
     #[serde(serialize_with = "voigt", deserialize_with = "of_voigt")]
     pub prescribed: Stiffness,
     /// The sum over bonds at uniform strain (Pa, Voigt), an upper bound of what an element test measures.
     #[serde(serialize_with = "voigt", deserialize_with = "of_voigt")]
     pub summed: Stiffness,
-    /// What the element test measures after a correction (Pa, Voigt); `None` without one.
+    /// What elliptic moduli stand for in its place, with a C44 that follows from four constants (Pa, Voigt); `None` where that
+    /// is the material.
+    #[serde(serialize_with = "maybe_voigt", deserialize_with = "maybe_of_voigt", default)]
+    pub elliptic: Option<Stiffness>,
+    /// What an element test measures on the periodic packing (Pa, Voigt); `None` where it measures nothing.
     #[serde(serialize_with = "maybe_voigt", deserialize_with = "maybe_of_voigt")]
     pub measured: Option<Stiffness>,
+    /// Least and largest relative error of the energy of a strain (–), over all strains, of what is measured.
+    #[serde(default)]
+    pub energy_error: Option<[f64; 2]>,
+    /// What to say of it, where it is noticeable.
+    #[serde(skip)]
+    pub miss: Option<String>,
 }
 
 impl PackingEvidence {

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::experiment::simulation::Ledger;
 use crate::operator::particles::{Particles, Snapshot, Sums};
-use crate::solver::particles::{Acting, Runaway, Servo, Verlet, Work, mean_stress, stable_step};
+use crate::solver::particles::{Acting, Runaway, Servo, Verlet, Work, damped_step, mean_stress};
 use crate::{Error, Result};
 
 /// A sphere that moves further than this part of the smallest radius in a step has been thrown out, not moved.
@@ -111,7 +111,7 @@ impl ParticleMotion {
                 "give a viscous damping of at least 0 and a local one of at least 0 and below 1",
             ));
         }
-        let stable = stable_step(&particles)?;
+        let stable = damped_step(&particles, plan.local)?;
         let step = checked_step(plan, stable)?;
         let smallest = particles.model().packing.radii().iter().copied().fold(f64::INFINITY, f64::min);
         let sums = particles.evaluate(0.0)?;
@@ -234,7 +234,7 @@ impl ParticleMotion {
         self.verlet.step
     }
 
-    /// Stable step of the bonds at the start (s).
+    /// Stable step of the bonds at the start (s), with local damping the largest that it damps at.
     pub fn stable(&self) -> f64 {
         self.stable
     }

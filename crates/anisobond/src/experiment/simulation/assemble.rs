@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::calibration::{
-    CrackPlanes, CriticalStretches, EnergyByNormal, FractureReport, HybridForm, LowerBound, Model, ModelCalibrator,
+    CrackPlanes, CriticalStretches, EnergyByNormal, Evidence, FractureReport, HybridForm, LowerBound, Model, ModelCalibrator,
     ModelSettings, Outcome, StabilityEvidence, SurfaceStencil, surface_stencils,
 };
 use crate::experiment::problem::{Crack, FractureEnergy, Problem, RegionMaterial, Softening};
@@ -24,6 +24,12 @@ pub struct RegionEvidence {
     pub nodes: usize,
     /// ‖wanted − reached‖/‖wanted‖ of the stiffness tensor.
     pub relative_error: f64,
+    /// Least and largest relative error of the energy of a strain (–), over all strains; `None` where the wanted is singular.
+    #[serde(default)]
+    pub energy_error: Option<[f64; 2]>,
+    /// What to say of it, where it is noticeable.
+    #[serde(skip)]
+    miss: Option<String>,
     /// Whether every wave of the grid has positive energy; how that is known, `stability` says.
     pub stable: bool,
     /// How it is known, and by what margin.
@@ -96,12 +102,38 @@ pub(super) fn interfaces(problem: &Problem, bonds: &FailingBonds) -> Vec<Interfa
     bonds.grid().interfaces().into_iter().map(evidence).collect()
 }
 
+/// Relative error of a stiffness above which a run is warned of.
+const NOTICEABLE: f64 = 1e-3;
+
 /// Deviations of the reached fracture energy from the wanted one, root mean square and largest, above which a run is warned of.
 const DEVIATIONS: [f64; 2] = [0.05, 0.1];
 
 impl RegionEvidence {
+    /// What a user should know of the region's bonds.
+    fn warnings(&self) -> Vec<String> {
+        let far = (self.relative_error > NOTICEABLE || self.miss.is_some()).then(|| {
+            let miss = self.miss.as_ref().map_or(String::new(), |miss| format!(": {miss}"));
+            format!(
+                "region {}: the bonds reach its stiffness to {:.2} % only (model hybrid reaches every tensor){miss}",
+                self.name,
+                100.0 * self.relative_error
+            )
+        });
+        let stability = match (self.stable, self.stability.evidence) {
+            (false, _) => Some(format!("region {}: some wave of its grid has no positive energy", self.name)),
+            (true, Evidence::Sampled) => Some(format!(
+                "region {}: that all waves of its grid have positive energy is not proved, only sampled (margin {:.1e} of ‖C‖)",
+                self.name, self.stability.margin
+            )),
+            (true, Evidence::Proved) => None,
+        };
+        let ended = (self.outcome == Outcome::NotConverged)
+            .then(|| format!("region {}: the calibration of its bonds did not converge", self.name));
+        far.into_iter().chain(stability).chain(ended).chain(self.fracture_warning()).collect()
+    }
+
     /// A warning where the bonds do not reach the wanted fracture energy.
-    pub(super) fn fracture_warning(&self) -> Option<String> {
+    fn fracture_warning(&self) -> Option<String> {
         let report = self.fracture.as_ref()?;
         let far = report.rms_deviation > DEVIATIONS[0] || report.largest_deviation > DEVIATIONS[1];
         far.then(|| {
@@ -137,6 +169,11 @@ impl RegionBonds {
     }
 }
 
+/// What a user should know of the bonds of regions.
+pub(super) fn warnings(regions: &[RegionEvidence]) -> Vec<String> {
+    regions.iter().flat_map(RegionEvidence::warnings).collect()
+}
+
 /// Calibrate the bonds of every region.
 fn calibrate(problem: &Problem) -> Result<(Vec<RegionBonds>, Vec<RegionEvidence>)> {
     let settings = match problem.model {
@@ -158,6 +195,8 @@ fn calibrate(problem: &Problem) -> Result<(Vec<RegionBonds>, Vec<RegionEvidence>
             name: region.name.clone(),
             nodes: problem.body.region.iter().filter(|&&r| usize::from(r) == number + 1).count(),
             relative_error: bulk.promised_error(),
+            energy_error: region.stiffness.energy_error(bulk.promised()),
+            miss: region.stiffness.miss(bulk.promised()),
             stable: bulk.stability().stable,
             stability: bulk.stability().brief(),
             outcome: bulk.outcome(),

@@ -45,15 +45,15 @@ impl RunCost {
         RunCost::with_warnings(problem).map(|(cost, _)| cost)
     }
 
-    /// The same, with what a user should know of the problem before it is run: parts that nothing joins, dimensions that too few
-    /// nodes resolve.
+    /// The same, with what a user should know of the problem before it is run: materials that bonds do not reach, dimensions that too
+    /// few nodes resolve, parts that nothing joins.
     ///
     /// # Errors
     /// As [`RunCost::of`].
     pub fn with_warnings(problem: &Problem) -> Result<(Self, Vec<String>)> {
         problem.check()?;
-        let (mut bonds, ..) = assemble::bonds(problem)?;
-        let warnings = [problem.coarse(), parts(&bonds)].concat();
+        let (mut bonds, regions, _) = assemble::bonds(problem)?;
+        let warnings = [assemble::warnings(&regions), problem.coarse(), parts(&bonds)].concat();
         Ok((RunCost::timed(problem, &mut bonds)?, warnings))
     }
 

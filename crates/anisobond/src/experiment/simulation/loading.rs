@@ -78,8 +78,13 @@ impl Loading {
             match condition {
                 Condition::Force { nodes, force, history } => {
                     histories.push(history.clone());
-                    let pairs = nodes.iter().zip(force);
-                    forces.extend(pairs.map(|(&node, &force)| NodeForce { node, history: number, force }));
+                    // A node may carry several surfaces.
+                    for (&node, &force) in nodes.iter().zip(force) {
+                        match forces.last_mut().filter(|f: &&mut NodeForce| (f.node, f.history) == (node, number)) {
+                            Some(last) => last.force += force,
+                            None => forces.push(NodeForce { node, history: number, force }),
+                        }
+                    }
                 }
                 Condition::Displacement { nodes, value, history } | Condition::Velocity { nodes, value, history } => {
                     histories.push(history.clone());

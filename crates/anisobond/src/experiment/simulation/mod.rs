@@ -36,7 +36,6 @@ use self::statics::Statics;
 use super::checked::Checked;
 use super::outcome::{Outcome, StepLook};
 use super::problem::{Problem, Schedule};
-use crate::calibration::{Evidence, Outcome as CalibrationOutcome};
 use crate::operator::grid::{FailingBonds, GridBonds, Padded};
 use crate::operator::{Kinematics, VectorField};
 use crate::solver::Stopping;
@@ -136,33 +135,8 @@ impl Simulation {
         let problem = problem.checked()?;
         let (bonds, regions, reached) = assemble::bonds(&problem)?;
         let loading = Loading::new(&problem)?;
-        let warnings = regions.iter().filter(|r| r.relative_error > 1e-3).map(|r| {
-            format!(
-                "region {}: the bonds reach its stiffness to {:.2} % only (model hybrid reaches every tensor)",
-                r.name,
-                100.0 * r.relative_error
-            )
-        });
-        let unstable = regions.iter().filter(|r| !r.stable);
-        let unstable = unstable.map(|r| format!("region {}: some wave of its grid has no positive energy", r.name));
-        let sampled = regions.iter().filter(|r| r.stable && r.stability.evidence == Evidence::Sampled).map(|r| {
-            format!(
-                "region {}: that all waves of its grid have positive energy is not proved, only sampled (margin {:.1e} of ‖C‖)",
-                r.name, r.stability.margin
-            )
-        });
-        let ended = regions.iter().filter(|r| r.outcome == CalibrationOutcome::NotConverged);
-        let ended = ended.map(|r| format!("region {}: the calibration of its bonds did not converge", r.name));
-        let fracture = regions.iter().filter_map(RegionEvidence::fracture_warning);
         let mut simulation = Simulation {
-            warnings: warnings
-                .chain(unstable)
-                .chain(sampled)
-                .chain(ended)
-                .chain(fracture)
-                .chain(problem.coarse())
-                .chain(resolution::parts(&bonds))
-                .collect(),
+            warnings: [assemble::warnings(&regions), problem.coarse(), resolution::parts(&bonds)].concat(),
             bond_count: bonds.grid().unbroken() as u64,
             u: bonds.grid().padded(),
             crack: CrackFront::new(&problem, &bonds),

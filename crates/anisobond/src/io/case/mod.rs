@@ -12,6 +12,8 @@ mod section;
 mod select;
 mod shapes;
 mod starter;
+mod surface_loads;
+mod unused;
 
 use std::cell::Cell;
 use std::path::{Path, PathBuf};
@@ -34,11 +36,13 @@ use packing::PackingStatement;
 use schedule::ProbeStatement;
 use section::{AXES, Section, Spot, Value};
 use shapes::Shapes;
+use unused::Unused;
 
 pub use calibrated::calibrated_case;
 pub use packing::PackingPlan;
 pub use plan::{CasePlan, ConditionPlan, RegionPlan};
 pub use starter::starter_case;
+pub(super) use unused::NOT_USED;
 
 /// Keys of a case file's outermost table.
 const KEYS: [&str; 24] = [
@@ -79,8 +83,8 @@ pub struct CaseFile {
     body: Option<(Spot, Solid)>,
     grid: Option<GridStatement>,
     packing: Option<PackingStatement>,
-    /// Whether a fracture energy is stated, which packings do not take.
-    fracture: Option<Spot>,
+    /// Keys that its lattice does not use.
+    unused: Vec<Unused>,
     /// Of the outermost table.
     top: Spot,
     model: ModelStatement,
@@ -143,7 +147,7 @@ impl CaseFile {
         let mut root = parse_toml(without_mark(text), file)?;
         overrides.iter().try_for_each(|o| overrides::set(&mut root, o))?;
         let case = CaseFile::of(&root, file).map_err(|e| e.at(file))?;
-        Ok(CaseFile { asked: root.json(), ..case })
+        Ok(CaseFile { asked: unused::apart(root.json(), &case.unused), ..case })
     }
 
     fn of(root: &Node, file: &str) -> Result<Self> {
@@ -183,7 +187,7 @@ impl CaseFile {
             probes: schedule::probes(&root, &names, &conditions)?,
             cracks: loads::cracks(&root)?,
             output: schedule::output(&root)?,
-            fracture: root.get("fracture").map(|v| v.spot()),
+            unused: unused::unused(&root, lattice, grid.is_some() && packing.is_some())?,
             top: root.spot(),
             lattice,
             packing,
@@ -206,7 +210,13 @@ impl CaseFile {
         &self.description
     }
 
-    /// What the file says, with what `overrides` replaced, in the words and units of who wrote it.
+    /// What a user should know of the file: keys that are for the other lattice that it states.
+    pub fn notes(&self) -> Vec<String> {
+        unused::note(&self.unused, self.lattice).into_iter().collect()
+    }
+
+    /// What the file says, with what `overrides` replaced, in the words and units of who wrote it; what its lattice does not
+    /// use stands apart, under "not used".
     pub fn asked(&self) -> &serde_json::Value {
         &self.asked
     }

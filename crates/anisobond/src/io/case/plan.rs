@@ -30,14 +30,14 @@ pub struct CasePlan {
     pub memory: u64,
     /// Regions.
     pub regions: Vec<RegionPlan>,
+    /// What to look at before a run.
+    pub warnings: Vec<String>,
     /// Conditions.
     pub conditions: Vec<ConditionPlan>,
     /// Names of probes, with the number of their nodes.
     pub probes: Vec<(String, usize)>,
     /// Pre-cracks.
     pub cracks: usize,
-    /// What to look at before a run: parts that nothing joins, dimensions that too few nodes resolve.
-    pub warnings: Vec<String>,
 }
 
 /// Numbers of a region.
@@ -100,10 +100,10 @@ pub(super) fn plan(case: &CaseFile, problem: &Problem) -> CasePlan {
         bonds: bonds(body, &problem.neighbourhood),
         memory: grid.len() as u64 * (3 * 24 + 2 + 2 + 8 * words),
         regions: regions.collect(),
+        warnings: case.notes(),
         conditions: conditions(case, &problem.conditions),
         probes: problem.probes.iter().map(|p| (p.name.clone(), p.nodes.len())).collect(),
         cracks: problem.cracks.len(),
-        warnings: Vec::new(),
     }
 }
 
@@ -111,9 +111,11 @@ pub(super) fn plan(case: &CaseFile, problem: &Problem) -> CasePlan {
 pub(super) fn conditions(case: &CaseFile, resolved: &[Condition]) -> Vec<ConditionPlan> {
     let plans = case.conditions.iter().zip(resolved).map(|(statement, condition)| {
         let (nodes, force) = match condition {
-            Condition::Displacement { nodes, .. } | Condition::Velocity { nodes, .. } => (nodes.len(), None),
-            Condition::Force { nodes, force, .. } => (nodes.len(), Some(force)),
+            Condition::Displacement { nodes, .. } | Condition::Velocity { nodes, .. } => (nodes, None),
+            Condition::Force { nodes, force, .. } => (nodes, Some(force)),
         };
+        // A node has a force for each of the surfaces that it carries.
+        let nodes = nodes.iter().collect::<std::collections::HashSet<_>>().len();
         ConditionPlan {
             name: statement.name.clone(),
             kind: kind(&statement.load),

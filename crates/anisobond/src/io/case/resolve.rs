@@ -9,10 +9,11 @@ use super::loads::{ConditionStatement, Load, Place, Where};
 use super::matter::{Filling, Matter, Orientations, RegionStatement, axis_name};
 use super::schedule::Target;
 use super::select::select;
+use super::surface_loads::{self, Traction};
 use super::{CaseFile, Spot};
 use crate::Result;
-use crate::experiment::{Condition, Crack, History, Probe, Problem, RegionMaterial, Schedule};
-use crate::lattice::solid;
+use crate::experiment::{Condition, Crack, Probe, Problem, RegionMaterial, Schedule};
+use crate::lattice::solid::{self, Patch, Surface};
 use crate::lattice::{Body, Neighbourhood, Solid};
 
 /// A node on the border of two layers, within so many spacings, is in the lower one.
@@ -33,7 +34,7 @@ pub(super) fn problem(case: &CaseFile) -> Result<Problem> {
     let nodes: Vec<Vec<u32>> = case.conditions.iter().map(|c| select(case, &filled, &c.on)).collect::<Result<_>>()?;
     refuse_contradictions(case, &nodes)?;
     let conditions =
-        case.conditions.iter().zip(&nodes).map(|(c, n)| condition(&filled, c, n)).collect::<Result<Vec<_>>>()?;
+        case.conditions.iter().zip(&nodes).map(|(c, n)| condition(case, &filled, c, n)).collect::<Result<Vec<_>>>()?;
     let velocity = |(on, v): &(Where, Vector3<f64>)| Ok((select(case, &filled, on)?, *v));
     let probe_nodes = |target: &Target| match target {
         Target::Nodes(on) => select(case, &filled, on),
@@ -311,7 +312,7 @@ fn agree(a: &ConditionStatement, b: &ConditionStatement, axis: usize) -> bool {
     same_kind && x == y && (x == Some(0.0) || a.history == b.history)
 }
 
-fn condition(filled: &Filled, c: &ConditionStatement, nodes: &[u32]) -> Result<Condition> {
+fn condition(case: &CaseFile, filled: &Filled, c: &ConditionStatement, nodes: &[u32]) -> Result<Condition> {
     let body = &filled.body;
     let volume = body.grid.spacing.powi(3);
     let (nodes, history) = (nodes.to_vec(), c.history.clone());
@@ -322,42 +323,34 @@ fn condition(filled: &Filled, c: &ConditionStatement, nodes: &[u32]) -> Result<C
         Load::BodyForce(f) => vec![f * volume; nodes.len()],
         Load::Acceleration(a) => nodes.iter().map(|&n| a * (density(n) * volume)).collect(),
         Load::Force(total) => vec![total / nodes.len() as f64; nodes.len()],
-        Load::Traction(t) => return surface_force(body, c, history, |_| t),
-        Load::Pressure(p) => return surface_force(body, c, history, |n| n * -p),
+        Load::Traction(t) => return surface_force(case, body, c, Traction::Vector(t)),
+        Load::Pressure(p) => return surface_force(case, body, c, Traction::Pressure(p)),
     };
     Ok(Condition::Force { nodes, force, history })
 }
 
-/// Forces of a traction (Pa) that depends on the outward normal.
-fn surface_force(
-    body: &Body,
-    c: &ConditionStatement,
-    history: History,
-    traction: impl Fn(&Vector3<f64>) -> Vector3<f64>,
-) -> Result<Condition> {
-    let patches = match &c.on.place {
-        Place::Face(face, thickness) => solid::face_layer(body, *face, thickness.metres(body.grid.spacing)),
-        Place::Solid(shape) => solid::surface_patches(body, shape),
-        Place::All | Place::Region(_) | Place::Points(_) => Vec::new(),
+/// Forces of a traction: on a face, exactly traction × area of the columns of nodes; on a solid, of its true surface.
+fn surface_force(case: &CaseFile, body: &Body, c: &ConditionStatement, traction: Traction) -> Result<Condition> {
+    let surface = match &c.on.place {
+        Place::Solid(shape) => solid::surface_patches(body, &case.body_statement()?.1, shape),
+        Place::Face(face, thickness) => {
+            let patches = solid::face_layer(body, *face, thickness.metres(body.grid.spacing));
+            let area: f64 = patches.iter().map(|p| p.area).sum();
+            let place = |p: &Patch| body.grid.position(p.node as usize) * p.area;
+            let moment: Vector3<f64> = patches.iter().map(place).sum();
+            let normal = face.normal();
+            Surface { normal: normal * area, moment, turning: moment.cross(&normal), patches }
+        }
+        Place::All | Place::Region(_) | Place::Points(_) => Surface::default(),
     };
-    if patches.is_empty() {
+    if surface.patches.is_empty() {
         return Err(c.on.spot.wrong(
             "no node of the body is at that surface",
             "name the solid whose surface is a surface of the body, as a hole that was cut out",
         ));
     }
-    let (mut nodes, mut force): (Vec<u32>, Vec<Vector3<f64>>) = (Vec::new(), Vec::new());
-    for patch in &patches {
-        let f = traction(&patch.normal) * patch.area;
-        match force.last_mut().filter(|_| nodes.last() == Some(&patch.node)) {
-            Some(sum) => *sum += f,
-            None => {
-                nodes.push(patch.node);
-                force.push(f);
-            }
-        }
-    }
-    Ok(Condition::Force { nodes, force, history })
+    let place = |n: u32| body.grid.position(n as usize);
+    Ok(surface_loads::condition(&surface, place, body.grid.periodic, traction, c.history.clone()))
 }
 
 /// Whether a crack passes through any bond.

@@ -9,7 +9,7 @@ use super::resolve::Filled;
 use super::{CaseFile, Spot};
 use crate::Result;
 use crate::lattice::Body;
-use crate::lattice::solid::{self, Patch};
+use crate::lattice::solid;
 
 /// A probe's point may be so many spacings away from the nearest node.
 const FAR: f64 = 2.0;
@@ -35,7 +35,7 @@ pub(super) fn select(case: &CaseFile, filled: &Filled, on: &Where) -> Result<Vec
             let mut nodes = chosen(&|i| within[i]);
             if nodes.is_empty() {
                 // A hole, say: conditions on its surface need no node inside.
-                nodes = surface_nodes(&solid::surface_patches(body, shape));
+                nodes = solid::surface_nodes(body, shape);
             }
             nodes
         }
@@ -56,12 +56,6 @@ pub(super) fn select(case: &CaseFile, filled: &Filled, on: &Where) -> Result<Vec
         return Err(on.spot.wrong("no node of the body is there", "check place, thickness and units"));
     }
     Ok(nodes)
-}
-
-fn surface_nodes(patches: &[Patch]) -> Vec<u32> {
-    let mut nodes: Vec<u32> = patches.iter().map(|p| p.node).collect();
-    nodes.dedup();
-    nodes
 }
 
 /// The body's node nearest to a point; the first of equals.

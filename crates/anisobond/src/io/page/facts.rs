@@ -4,6 +4,7 @@ use serde_json::Value;
 
 use super::labels::{Unit, label, title};
 use super::numbers::{number, percent, quantities};
+use crate::io::case::NOT_USED;
 
 /// Longer lists of numbers are not facts.
 const LONGEST: usize = 8;
@@ -134,6 +135,15 @@ fn crack(crack: &Value) -> Vec<(String, String)> {
 /// What a case file says, in the words and units of who wrote it.
 pub(super) fn asked(case: &Value) -> Vec<Section> {
     let Value::Object(entries) = case else { return Vec::new() };
+    let idle = told(&case[NOT_USED]);
+    let used: Value = entries.iter().filter(|(key, _)| *key != NOT_USED).map(|(k, v)| (k.clone(), v.clone())).collect();
+    let sections = [("What was asked", told(&used)), ("Not used on this lattice", idle)];
+    sections.into_iter().filter(|s| !s.1.is_empty()).map(|(title, facts)| (title.into(), facts)).collect()
+}
+
+/// What a part of a case file says, but for its output.
+fn told(part: &Value) -> Vec<(String, String)> {
+    let Value::Object(entries) = part else { return Vec::new() };
     let mut facts = Vec::new();
     for (key, value) in entries.iter().filter(|(key, _)| *key != "output") {
         let words = key.replace('_', " ");
@@ -147,7 +157,7 @@ pub(super) fn asked(case: &Value) -> Vec<Section> {
             _ => facts.push((words, given(value))),
         }
     }
-    if facts.is_empty() { Vec::new() } else { vec![("What was asked".into(), facts)] }
+    facts
 }
 
 /// A value of a case file in a line.
@@ -205,6 +215,12 @@ mod tests {
         let case = json!({ "material": "Si", "grid": { "spacing": "1 mm" },
             "condition": [{ "name": "top", "on": "y-max", "traction": ["0 MPa", "4 MPa", 0] }] });
         let facts = &asked(&case)[0].1;
+        let split = json!({ "material": "Si", "not used": { "model.bonds": "hybrid", "grid": { "spacing": "1 mm" } } });
+        let sections = asked(&split);
+        assert_eq!(sections[0].1, [("material".into(), "Si".into())]);
+        assert!(
+            sections[1].0.starts_with("Not used") && sections[1].1.contains(&("model.bonds".into(), "hybrid".into()))
+        );
         let expected =
             [("material", "Si"), ("grid, spacing", "1 mm"), ("condition top", "on y-max; traction (0 MPa, 4 MPa, 0)")];
         for (label, value) in expected {

@@ -83,6 +83,7 @@ const LABELS: &[(&str, &str, Unit)] = &[
     ("overlap.between", "between", Number),
     // What was reached.
     ("relative_error", "relative error", Percent),
+    ("energy_error", "error of energy, least and largest", Percent),
     ("sum_error", "error of the sum over bonds", Percent),
     ("relaxed_error", "error with free node rotations", Percent),
     ("promised_error", "error of what is promised", Percent),

@@ -11,9 +11,10 @@ use crate::tensor::Stiffness;
 const SINGULAR: f64 = 1e-9;
 
 /// Tensors that are compared, in the order of what was asked to what was reached, by their keys in a report.
-const COMPARED: [(&str, &str); 8] = [
+const COMPARED: [(&str, &str); 9] = [
     ("target", "target"),
     ("prescribed", "prescribed"),
+    ("elliptic", "what elliptic moduli stand for"),
     ("lattice", "lattice"),
     ("promised", "promised"),
     ("reached", "reached"),

@@ -124,11 +124,11 @@ pub fn run_case(case: &CaseFile, options: &RunOptions, progress: impl FnMut(&Run
     match case.lattice() {
         LatticeKind::Grid => {
             let problem = case.problem()?;
-            run(|| Simulation::new(problem), options, Some(case.asked()), progress)
+            run(|| Simulation::new(problem), options, Some(case), progress)
         }
         LatticeKind::Packing => {
             let problem = case.packing_problem()?;
-            run(|| PackingSimulation::new(problem), options, Some(case.asked()), progress)
+            run(|| PackingSimulation::new(problem), options, Some(case), progress)
         }
     }
 }
@@ -157,10 +157,11 @@ pub fn run_packing_problem(
 fn run<S: Subject>(
     prepare: impl FnOnce() -> Result<S>,
     options: &RunOptions,
-    asked: Option<&serde_json::Value>,
+    case: Option<&CaseFile>,
     mut progress: impl FnMut(&RunProgress),
 ) -> Result<RunSummary> {
-    let mut run = Run::begin(prepare, options, asked)?;
+    let mut run = Run::begin(prepare, options, case.map(CaseFile::asked))?;
+    run.warnings.splice(0..0, case.map(CaseFile::notes).unwrap_or_default());
     let (started, first_step) = (Instant::now(), run.simulation.step());
     let mut saved = Instant::now();
     while !run.finished() {

@@ -1,131 +1,64 @@
 //! Spheres at a surface: which carry how much of a pressure on it.
 
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
-use super::{Patch, Solid};
+use super::Solid;
+use super::boundary::{Surface, Window, shared_surface};
 use crate::lattice::Packing;
 use crate::{Error, Result};
 
-/// Sample points on a surface per square of the mean radius.
-const DENSITY: f64 = 16.0;
+/// Pieces of a surface along a mean radius.
+const PIECES: f64 = 4.0;
 
-/// A part of a surface in which points are shared out.
-struct Sample {
-    point: Vector3<f64>,
-    /// Outward normal of the solid.
-    normal: Vector3<f64>,
-    area: f64,
-}
-
-/// The patches of a packing's spheres that carry a pressure on the surface of a solid (a hole in the body, or the body's
-/// own outside), within a box `region` if the surface is infinite: every piece of the surface belongs to the sphere
-/// nearest to it. Normals point out of the body: `hole` says that the solid is the hole. Areas sum to that of the surface
-/// where a sphere is within `reach` (m) of it, so that −p Σ A n is the pressure's resultant there.
-///
-/// The surface is sampled by the solid's signed distance on a grid of a quarter of the mean radius: a cell of size h
-/// through which the surface passes stands for the area h³ δ(d), δ a hat of half width h (|∇d| = 1). The sampled area is
-/// exact on average and within about 1 % for surfaces of some radii.
+/// The surface that a solid shares with the body of a packing (a hole that was cut out, or part of the body's outside), every
+/// piece carried by the sphere whose centre is nearest to it. So areas sum to that of the surface, and −p Σ A n is the
+/// pressure's resultant. Spheres within `reach` (m) of the solid's surface are looked at.
 ///
 /// # Errors
-/// No sphere within reach of the surface; a reach that is not positive.
-pub fn exposed_spheres(
-    packing: &Packing,
-    solid: &Solid,
-    hole: bool,
-    reach: f64,
-    region: Option<[Vector3<f64>; 2]>,
-) -> Result<Vec<Patch>> {
+/// No sphere within reach of the surface, or a surface that is none of the body's; a reach that is not positive.
+pub fn exposed_spheres(packing: &Packing, solid: &Solid, body: &Solid, reach: f64, window: &Window) -> Result<Surface> {
     if !(reach.is_finite() && reach > 0.0) {
         return Err(Error::input(format!("a reach of {reach} m"), "give a positive length"));
     }
     let mean = packing.radii().iter().sum::<f64>() / packing.len() as f64;
-    let spacing = mean / DENSITY.sqrt();
-    let near: Vec<u32> = (0..packing.len() as u32)
-        .filter(|&i| {
-            let x = &packing.centres()[i as usize];
-            solid.distance(x).abs() <= reach + 2.0 * spacing && within(x, &region)
-        })
-        .collect();
+    let near: Vec<u32> =
+        (0..packing.len() as u32).filter(|&i| solid.distance(&packing.centres()[i as usize]).abs() <= reach).collect();
     if near.is_empty() {
         return Err(Error::input(
             format!("no sphere is within {reach} m of the surface"),
             "give a larger reach, or a solid whose surface is at the packing",
         ));
     }
-    let boxes = Boxes::new(packing, &near, reach);
-    let samples = samples(packing, solid, &near, reach, spacing, region);
-    let shared: Vec<Option<u32>> = samples.par_iter().map(|s| boxes.nearest(packing, &s.point)).collect();
-    let mut patches = std::collections::BTreeMap::<u32, Vector3<f64>>::new();
-    for (sample, sphere) in samples.iter().zip(shared) {
-        let Some(sphere) = sphere else { continue };
-        let outward = sample.normal * if hole { -1.0 } else { 1.0 };
-        *patches.entry(sphere).or_insert_with(Vector3::zeros) += sample.area * outward;
+    let boxes = Boxes::new(packing, &near, mean);
+    let pieces = shared_surface(solid, body, window, mean / PIECES);
+    if pieces.is_empty() {
+        return Err(Error::input(
+            "the surface of the solid is none of the body's",
+            "name the solid whose surface is a surface of the body, as a hole that was cut out",
+        ));
     }
-    // Area and normal such that area · normal is the integral of the normal: exact resultants.
-    let patch = |(node, vector): (u32, Vector3<f64>)| {
-        let area = vector.norm();
-        (area > 0.0).then(|| Patch { node, area, normal: vector / area })
-    };
-    Ok(patches.into_iter().filter_map(patch).collect())
+    Ok(Surface::shared(&pieces, |x| boxes.nearest(packing, x)))
 }
 
-fn within(x: &Vector3<f64>, region: &Option<[Vector3<f64>; 2]>) -> bool {
-    region.is_none_or(|[low, high]| (0..3).all(|i| low[i] <= x[i] && x[i] < high[i]))
-}
-
-/// Points of the surface on a grid over the spheres near it.
-fn samples(
-    packing: &Packing,
-    solid: &Solid,
-    near: &[u32],
-    reach: f64,
-    spacing: f64,
-    region: Option<[Vector3<f64>; 2]>,
-) -> Vec<Sample> {
-    let centre = |i: &u32| packing.centres()[*i as usize];
-    let start = centre(&near[0]);
-    let (mut low, mut high) =
-        near.iter().map(centre).fold((start, start), |(low, high), x| (low.inf(&x), high.sup(&x)));
-    (low, high) = (low.add_scalar(-reach), high.add_scalar(reach));
-    if let Some([from, to]) = region {
-        (low, high) = (low.sup(&from), high.inf(&to));
-    }
-    // A whole number of cells per axis, so that areas fill the region exactly.
-    let count: [usize; 3] = std::array::from_fn(|i| (((high[i] - low[i]) / spacing).ceil() as usize).max(1));
-    let edges = Vector3::from_fn(|i, _| (high[i] - low[i]) / count[i] as f64);
-    let width = spacing;
-    let volume = edges.product();
-    (0..count[2])
-        .into_par_iter()
-        .flat_map_iter(|k| {
-            (0..count[1] * count[0]).filter_map(move |ij| {
-                let at = Vector3::new((ij % count[0]) as f64, (ij / count[0]) as f64, k as f64).add_scalar(0.5);
-                let x = low + edges.component_mul(&at);
-                let d = solid.distance(&x);
-                let weight = (1.0 - d.abs() / width) / width;
-                if weight <= 0.0 {
-                    return None;
-                }
-                let normal = solid.normal(&x, 1e-3 * spacing);
-                Some(Sample { point: x - d * normal, normal, area: weight * volume })
-            })
-        })
-        .collect()
-}
-
-/// Spheres near the surface in boxes of the reach.
+/// Spheres near the surface in boxes.
 struct Boxes {
     edge: f64,
     of: std::collections::HashMap<[i64; 3], Vec<u32>>,
+    /// Least and largest box that holds any.
+    ends: [[i64; 3]; 2],
 }
 
 impl Boxes {
-    fn new(packing: &Packing, near: &[u32], edge: f64) -> Self {
-        let mut boxes = Boxes { edge, of: std::collections::HashMap::new() };
+    fn new(packing: &Packing, near: &[u32], mean: f64) -> Self {
+        let mut boxes =
+            Boxes { edge: 2.0 * mean, of: std::collections::HashMap::new(), ends: [[i64::MAX; 3], [i64::MIN; 3]] };
         for &i in near {
             let key = boxes.key(&packing.centres()[i as usize]);
             boxes.of.entry(key).or_default().push(i);
+            for a in 0..3 {
+                boxes.ends[0][a] = boxes.ends[0][a].min(key[a]);
+                boxes.ends[1][a] = boxes.ends[1][a].max(key[a]);
+            }
         }
         boxes
     }
@@ -134,15 +67,31 @@ impl Boxes {
         std::array::from_fn(|i| (x[i] / self.edge).floor() as i64)
     }
 
-    /// The sphere whose centre is nearest to a point and within the reach; the smaller number of equals.
+    /// The sphere whose centre is nearest to a point; the smaller number of equals.
     fn nearest(&self, packing: &Packing, x: &Vector3<f64>) -> Option<u32> {
         let key = self.key(x);
-        let around = (0..27).map(|n| [key[0] + n % 3 - 1, key[1] + n / 3 % 3 - 1, key[2] + n / 9 - 1]);
-        let candidates = around.filter_map(|key| self.of.get(&key)).flatten();
-        candidates
-            .map(|&i| ((packing.centres()[i as usize] - x).norm(), i))
-            .filter(|(distance, _)| *distance <= self.edge)
-            .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
-            .map(|(_, i)| i)
+        let furthest = (0..3).map(|a| (key[a] - self.ends[0][a]).abs().max((self.ends[1][a] - key[a]).abs())).max()?;
+        let mut best: Option<(f64, u32)> = None;
+        for ring in 0..=furthest {
+            // Boxes of this ring are at least so far away.
+            let least = (ring - 1).max(0) as f64 * self.edge;
+            if best.is_some_and(|(distance, _)| distance < least) {
+                break;
+            }
+            for i in -ring..=ring {
+                for j in -ring..=ring {
+                    let shell = if i.abs() == ring || j.abs() == ring { 1 } else { (2 * ring).max(1) };
+                    for k in (-ring..=ring).step_by(shell as usize) {
+                        for &sphere in self.of.get(&[key[0] + i, key[1] + j, key[2] + k]).into_iter().flatten() {
+                            let found = ((packing.centres()[sphere as usize] - x).norm(), sphere);
+                            if best.is_none_or(|b| found.0.total_cmp(&b.0).then(found.1.cmp(&b.1)).is_lt()) {
+                                best = Some(found);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        best.map(|b| b.1)
     }
 }

@@ -56,6 +56,11 @@ impl Mesh {
         Ok(mesh)
     }
 
+    /// The triangles (m).
+    pub(super) fn triangles(&self) -> &[Triangle] {
+        &self.triangles
+    }
+
     /// Number of triangles.
     pub fn len(&self) -> usize {
         self.triangles.len()

@@ -1,5 +1,6 @@
 //! Solids: what is inside, how far their surface is, and how they fill a grid.
 
+mod boundary;
 mod closed;
 mod exposed;
 mod fill;
@@ -12,11 +13,12 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
+pub use boundary::{Surface, Window};
 pub use exposed::exposed_spheres;
 pub use fill::{MOST_BODY_NODES, grid_around, inside};
 pub use grains::{Grains, grains, random_rotations};
 pub use mesh::Mesh;
-pub use surface::{Face, Patch, face_layer, surface_patches};
+pub use surface::{Face, Patch, face_layer, surface_nodes, surface_patches};
 pub use thin::{Labelled, Thin, filled};
 
 /// A solid, in the grid's axes (m).

@@ -6,6 +6,6 @@ mod statics;
 mod verlet;
 
 pub use servo::{Control, Servo, affine_stiffness, mean_stress};
-pub use spectrum::{largest_squared_frequency, stable_step};
+pub use spectrum::{damped_step, largest_squared_frequency, stable_step};
 pub use statics::{Equilibrium, Support, equilibrium, equilibrium_seen};
 pub use verlet::{Acting, Held, PointLoad, Runaway, Verlet, Work};

@@ -4,8 +4,11 @@
 //! same about every axis), R ← exp(h ω₊) R. Forces that come in opposite pairs and balance their moments keep momentum and
 //! angular momentum Σ x×m v + I ω to rounding.
 //!
-//! Viscous damping α acts on the mean of both velocities, m (v₊ − v₋)/h = F − α m (v₊ + v₋)/2. Local damping λ (Cundall)
-//! lowers every component of a force by the part λ|F| while it drives the motion and raises it while it brakes.
+//! Damping acts on the mean v̄ = (v₊ + v₋)/2 of both velocities: m (v₊ − v₋)/h = F − α m v̄ − λ|F| sgn v̄, α viscous, λ local
+//! (Cundall 1987, component by component). Like dry friction it is found together with v̄: where v₋ + h F/2m is below
+//! h λ|F|/2m in magnitude, v̄ = 0 and the drag is what holds it there. So no kick gains energy from damping,
+//! −h v̄ (α m v̄ + λ|F| sgn v̄) ≤ 0, and ½ m v₊² + ½ uₙ·K uₙ₊₁ of linear bonds, positive below the stable step, never grows: the
+//! motion is stable for every λ < 1. Held components are not damped locally.
 
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
@@ -127,7 +130,6 @@ impl Verlet {
             }
         }
         let kick = Kick { step: span, damping: self.viscous };
-        let factors = kick.factors();
         let whole = if span == self.step { 1.0 } else { 0.0 };
         let pieces: Vec<(Work, Option<(usize, f64)>)> = state
             .velocity
@@ -140,8 +142,8 @@ impl Verlet {
                 for (i, (v, w)) in velocity.iter_mut().zip(spin).enumerate() {
                     let load = &state.loads[first + i];
                     let (m, inertia) = (state.mass[first + i], state.inertia[first + i]);
-                    work.kinetic += self.push(factors, whole, v, &load.force, m, &mut work.damping);
-                    work.rotational += self.push(factors, whole, w, &load.moment, inertia, &mut work.damping);
+                    work.kinetic += self.push(&kick, whole, v, &load.force, m, &mut work.damping);
+                    work.rotational += self.push(&kick, whole, w, &load.moment, inertia, &mut work.damping);
                     let square = v.norm_squared();
                     let within = square <= fastest * fastest && w.norm_squared().is_finite();
                     if !within && runaway.is_none() {
@@ -167,61 +169,82 @@ impl Verlet {
         }
     }
 
-    /// Kick one vector by the factors of [`Kick`]; its kinetic energy, and its losses added.
+    /// Kick one vector; its kinetic energy, and its losses added.
     #[inline(always)]
     fn push(
         &self,
-        (keep, push): (f64, f64),
+        kick: &Kick,
         whole: f64,
         v: &mut Vector3<f64>,
         force: &[f64; 3],
         mass: f64,
         damping: &mut [f64; 2],
     ) -> f64 {
+        let (keep, push) = kick.factors();
         let gain = push * (1.0 / mass);
         let mut kinetic = 0.0;
         for i in 0..3 {
             let before = v[i];
-            let drag = if self.local > 0.0 { self.local * force[i].abs() * sign(before) } else { 0.0 };
+            let drag = if self.local > 0.0 { self.drag(kick, whole, before, force[i], mass) } else { 0.0 };
             let after = keep * before + gain * (force[i] - drag);
             v[i] = after;
-            // The first kick is from the start: v₋ is what leads to v₊ through it.
-            let behind = whole * before + (1.0 - whole) * (2.0 * before - after);
+            let behind = behind(whole, before, after);
             kinetic += 0.5 * mass * behind * after;
             if self.local > 0.0 || self.viscous > 0.0 {
-                let lost = 0.5 * self.step * (drag + self.viscous * mass * 0.5 * (before + after));
-                damping[0] += lost * behind;
-                damping[1] += lost * after;
+                let [back, ahead] = self.lost(whole, mass, drag, before, after);
+                damping[0] += back;
+                damping[1] += ahead;
             }
         }
         kinetic
+    }
+
+    /// Local drag λ|F| sgn v̄ (N) on a component, or what makes v̄ = 0 where that is less.
+    ///
+    /// v̄ (1 + α h/2) = v₋ + h (F − drag)/2m; at the first kick v̄ is the velocity at the start.
+    #[inline(always)]
+    fn drag(&self, kick: &Kick, whole: f64, before: f64, force: f64, mass: f64) -> f64 {
+        let most = self.local * force.abs();
+        if whole == 0.0 {
+            return most * sign(before);
+        }
+        (force + 2.0 * mass / kick.step * before).max(-most).min(most)
+    }
+
+    /// Energy (J) that the drag and the viscous damping of a kick take in the halves of the steps behind and ahead.
+    #[inline(always)]
+    fn lost(&self, whole: f64, mass: f64, drag: f64, before: f64, after: f64) -> [f64; 2] {
+        let half = 0.5 * self.step * (drag + self.viscous * mass * 0.5 * (before + after));
+        [half * behind(whole, before, after), half * after]
     }
 
     /// Put held components to their velocities, count the work of loads and holds, and restore the sphere's own load.
     fn hold(&self, s: &Special, kick: &Kick, whole: f64, particles: &mut Particles, work: &mut Work) {
         let state = particles.motion();
         let inertia = [state.mass[s.place], state.inertia[s.place]];
+        let acting = [state.loads[s.place].force, state.loads[s.place].moment];
         for (kind, velocities) in [&mut *state.velocity, &mut *state.spin].into_iter().enumerate() {
             let v = &mut velocities[s.place];
             for i in 0..3 {
                 let before = s.before[kind][i];
-                let behind = |after: f64| whole * before + (1.0 - whole) * (2.0 * before - after);
+                let behind = |after: f64| behind(whole, before, after);
                 let mut force = s.load[kind][i];
                 if let Some(prescribed) = s.held[3 * kind + i] {
-                    let (mass, free) = (inertia[kind], v[i]);
+                    let (mass, damped) = (inertia[kind], v[i]);
                     let share = |after: f64| 0.5 * mass * behind(after) * after;
-                    let kinetic = share(prescribed) - share(free);
+                    let drag = self.drag(kick, whole, before, acting[kind][i], mass);
+                    let (_, per_force) = kick.factors();
+                    let free = damped + drag * per_force / mass;
+                    let kinetic = share(prescribed) - share(damped);
                     if kind == 0 {
                         work.kinetic += kinetic
                     } else {
                         work.rotational += kinetic
                     }
-                    // Force that makes the difference, on top of everything else that acts.
-                    let (_, per_force) = kick.factors();
+                    // Force that makes the difference, on top of everything else that acts but local drag.
                     force += (prescribed - free) * mass / per_force;
-                    let drag = self.viscous * mass * 0.25 * self.step;
-                    let lost = |after: f64| [drag * (before + after) * behind(after), drag * (before + after) * after];
-                    let (now, then) = (lost(prescribed), lost(free));
+                    let now = self.lost(whole, mass, 0.0, before, prescribed);
+                    let then = self.lost(whole, mass, drag, before, damped);
                     (0..2).for_each(|i| work.damping[i] += now[i] - then[i]);
                     v[i] = prescribed;
                 }
@@ -264,6 +287,12 @@ impl Verlet {
                 }
             });
     }
+}
+
+/// v₋; of the first kick, which is from the start, what leads to v₊ through the start's velocity.
+#[inline(always)]
+fn behind(whole: f64, before: f64, after: f64) -> f64 {
+    whole * before + (1.0 - whole) * (2.0 * before - after)
 }
 
 /// −1, 0 or 1.

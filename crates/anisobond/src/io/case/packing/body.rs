@@ -3,7 +3,6 @@
 use nalgebra::Vector3;
 
 use super::{PackingStatement, Source};
-use crate::calibration::Model;
 use crate::experiment::element_test::ElementTest;
 use crate::experiment::{CorrectionChoice, LatticePlan, LatticeStudy, PackingEvidence, anisotropy_axis};
 use crate::io::case::matter::RegionStatement;
@@ -92,18 +91,7 @@ pub(super) fn study(packing: Packing, p: &PackingStatement, stiffness: &Stiffnes
     let test = ElementTest { rotations: p.rotations, ..ElementTest::default() };
     let plan = LatticePlan::new(p.bonds, p.correct.then_some(CorrectionChoice::General), test);
     let axis = anisotropy_axis(stiffness);
-    let hint = |e: Error| match (p.bonds, p.correct) {
-        (Model::Micropolar, false) => match e {
-            Error::Input { place, problem, remedy } => Error::Input {
-                place,
-                problem,
-                remedy: format!("{remedy}; or packing.correct = true, which takes any positive definite stiffness"),
-            },
-            other => other,
-        },
-        _ => e,
-    };
-    LatticeStudy::planned(packing, stiffness, &axis, p.contact_radius, &plan).map_err(|e| p.spot.at(hint(e)))
+    LatticeStudy::planned(packing, stiffness, &axis, p.contact_radius, &plan).map_err(|e| p.spot.at(e))
 }
 
 /// How a packing is tiled around a body.
@@ -270,15 +258,32 @@ fn cut(case: &CaseFile, studies: &[LatticeStudy], frame: &Frame, p: &PackingStat
     })
 }
 
-/// What a region's lattice is.
+/// What a region's lattice is, measured by an element test.
 fn evidence(region: &str, study: &LatticeStudy, p: &PackingStatement) -> Result<PackingEvidence> {
-    let measured = study.correction.as_ref().map(|(_, report)| Stiffness::from_voigt_rows(&report.measured));
+    let measured = match &study.correction {
+        Some((_, report)) => Ok(Stiffness::from_voigt_rows(&report.measured)?),
+        None => {
+            let test = ElementTest { rotations: p.rotations, ..ElementTest::default() };
+            test.run(&study.network()).and_then(|r| match r.solver.converged {
+                true => Ok(r.measured),
+                false => Err(Error::input("its element test did not converge", "give a larger contact radius")),
+            })
+        }
+    };
+    let miss = match &measured {
+        Ok(measured) => study.miss(measured),
+        Err(e) => Some(format!("what stiffness the lattice has is not known: {e}")),
+    };
+    let measured = measured.ok();
     Ok(PackingEvidence {
         region: region.to_string(),
         contact_radius: p.contact_radius,
         coordination: 2.0 * study.lattice.contacts.len() as f64 / study.lattice.packing.len() as f64,
         prescribed: study.prescribed,
+        elliptic: study.replaced().copied(),
         summed: study.summed(),
-        measured: measured.transpose()?,
+        energy_error: measured.and_then(|measured| study.prescribed.energy_error(&measured)),
+        measured,
+        miss,
     })
 }

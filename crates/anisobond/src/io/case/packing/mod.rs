@@ -88,16 +88,7 @@ const KEYS: [&str; 15] = [
 
 /// `[packing]`, `[strength]`, `[contact]` and `[servo]`.
 pub(super) fn statement<'n>(root: &Section<'n>, shapes: &Shapes<'n>) -> Result<Option<PackingStatement>> {
-    let Some(value) = root.get("packing") else {
-        for key in ["strength", "contact", "servo"] {
-            if let Some(v) = root.get(key) {
-                return Err(
-                    v.wrong(format!("{key} is of packings, but the case has none"), "add [packing], or drop it")
-                );
-            }
-        }
-        return Ok(None);
-    };
+    let Some(value) = root.get("packing") else { return Ok(None) };
     let table = value.section(&KEYS)?;
     let contact_radius = table.need("contact_radius", "contact_radius = 1.8")?.positive()?;
     let (source_spot, source) = source(&table, shapes, contact_radius)?;

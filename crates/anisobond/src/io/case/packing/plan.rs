@@ -48,7 +48,7 @@ pub(crate) fn plan(case: &CaseFile, problem: &PackingProblem) -> PackingPlan {
         breaks: problem.model.strength.is_some(),
         memory: problem.memory(),
         lattice: problem.evidence.clone(),
-        warnings: problem.warnings(),
+        warnings: case.notes().into_iter().chain(problem.warnings()).collect(),
         conditions: conditions(case, &problem.conditions),
         probes: problem.probes.iter().map(|p| (p.name.clone(), p.nodes.len())).collect(),
     }

@@ -8,13 +8,13 @@ use super::{ContactStatement, PackingStatement};
 use crate::Result;
 use crate::calibration::Model;
 use crate::experiment::element_test::ElementTest;
-use crate::experiment::{Condition, Crack, History, PackingProblem, Probe, Schedule};
+use crate::experiment::{Condition, Crack, PackingProblem, Probe, Schedule};
 use crate::io::case::CaseFile;
 use crate::io::case::loads::{ConditionStatement, Load, Where};
 use crate::io::case::matter::{Filling, Matter, RegionStatement};
 use crate::io::case::resolve::refuse_contradictions;
 use crate::io::case::schedule::Target;
-use crate::lattice::solid::Patch;
+use crate::io::case::surface_loads::{self, Traction};
 use crate::operator::particles::{ContactLaw, ParticleModel, Strength};
 use crate::tensor::Stiffness;
 
@@ -24,7 +24,7 @@ const USUAL_RATIO: f64 = 0.5;
 /// The problem on the packing of a case.
 pub(super) fn problem(case: &CaseFile) -> Result<PackingProblem> {
     let p = statement(case)?;
-    let matters = matters(case, p)?;
+    let matters = matters(case)?;
     let density = matters.iter().map(|matter| density(case, matter)).collect::<Result<Vec<f64>>>()?;
     let stiffness: Vec<Stiffness> = matters.iter().map(|matter| matter.turned_stiffness()).collect();
     let body = spheres(case, p, &stiffness)?;
@@ -70,7 +70,7 @@ pub(super) fn problem(case: &CaseFile) -> Result<PackingProblem> {
 /// What an element test measures on the case's periodic packing.
 pub(super) fn measured(case: &CaseFile) -> Result<Stiffness> {
     let p = statement(case)?;
-    let [matter] = matters(case, p)?[..] else {
+    let [matter] = matters(case)?[..] else {
         let spot = &case.regions[1].spot;
         return Err(spot.wrong("several materials have no one stiffness that could be measured", "leave one region"));
     };
@@ -85,17 +85,9 @@ fn statement(case: &CaseFile) -> Result<&PackingStatement> {
 }
 
 /// What the spheres of each region stand for.
-fn matters<'c>(case: &'c CaseFile, p: &PackingStatement) -> Result<Vec<&'c Matter>> {
+fn matters<'c>(case: &'c CaseFile) -> Result<Vec<&'c Matter>> {
     let of = |region: &'c RegionStatement| match &region.filling {
-        Filling::One(matter) => {
-            if let (Some(_), Some(spot)) = (&matter.fracture, case.fracture.as_ref().filter(|_| p.strength.is_none())) {
-                return Err(spot.wrong(
-                    "bonds of a packing do not break by a fracture energy",
-                    "add [strength] with tension and cohesion, or leave fracture out",
-                ));
-            }
-            Ok(matter)
-        }
+        Filling::One(matter) => Ok(matter),
         _ => Err(region.spot.wrong("a region of a packing is of one material", "leave grains and layers to grids")),
     };
     case.regions.iter().map(of).collect()
@@ -194,15 +186,14 @@ fn condition(body: &Spheres, mass: &[f64], c: &ConditionStatement, nodes: &[u32]
         Load::BodyForce(f) => nodes.iter().map(|&s| f * body.volumes[s as usize]).collect(),
         Load::Acceleration(a) => nodes.iter().map(|&s| a * mass[s as usize]).collect(),
         Load::Force(total) => vec![total / nodes.len() as f64; nodes.len()],
-        Load::Traction(t) => return Ok(on_surface(&surface(body, &c.on)?, history, |_| t)),
-        Load::Pressure(p) => return Ok(on_surface(&surface(body, &c.on)?, history, |n| n * -p)),
+        Load::Traction(t) => return on_surface(body, c, Traction::Vector(t)),
+        Load::Pressure(p) => return on_surface(body, c, Traction::Pressure(p)),
     };
     Ok(Condition::Force { nodes, force, history })
 }
 
-/// Forces of a traction (Pa) that depends on the outward normal.
-fn on_surface(patches: &[Patch], history: History, traction: impl Fn(&Vector3<f64>) -> Vector3<f64>) -> Condition {
-    let nodes = patches.iter().map(|p| p.node).collect();
-    let force = patches.iter().map(|p| traction(&p.normal) * p.area).collect();
-    Condition::Force { nodes, force, history }
+/// Forces of a traction.
+fn on_surface(body: &Spheres, c: &ConditionStatement, traction: Traction) -> Result<Condition> {
+    let place = |s: u32| body.packing.centres()[s as usize];
+    Ok(surface_loads::condition(&surface(body, &c.on)?, place, body.periodic, traction, c.history.clone()))
 }

@@ -8,7 +8,7 @@ use crate::io::case::CaseFile;
 use crate::io::case::loads::{Depth, Place, Where, face_name};
 use crate::io::case::matter::axis_name;
 use crate::lattice::Solid;
-use crate::lattice::solid::{Face, Patch, exposed_spheres};
+use crate::lattice::solid::{Face, Patch, Surface, Window, exposed_spheres};
 use crate::{Error, Result};
 
 /// A probe's point may be so many mean radii away from the nearest centre.
@@ -17,8 +17,11 @@ const FAR: f64 = 4.0;
 /// Spheres within so many mean radii of a surface are looked at for a pressure on it.
 const REACH: f64 = 3.0;
 
-/// Cells along the sides of a face whose area is counted.
-const FACE_CELLS: usize = 200;
+/// Cells along the sides of a face whose area is counted, how often those at its edges are halved, and at how many depths of
+/// its layer the body is looked for.
+const FACE_CELLS: usize = 60;
+const HALVINGS: usize = 5;
+const DEPTHS: usize = 8;
 
 /// The spheres of a choice, ascending; at least one.
 pub(super) fn select(case: &CaseFile, spheres: &Spheres, on: &Where) -> Result<Vec<u32>> {
@@ -36,7 +39,7 @@ pub(super) fn select(case: &CaseFile, spheres: &Spheres, on: &Where) -> Result<V
         Place::Solid(shape) => {
             let nodes = chosen(&|x| shape.contains(x, 0.0));
             // Of a hole, those around it.
-            if nodes.is_empty() { patches(spheres, shape)?.iter().map(|p| p.node).collect() } else { nodes }
+            if nodes.is_empty() { carriers(spheres, shape) } else { nodes }
         }
         Place::Points(points) => points.iter().map(|x| nearest(spheres, on, x)).collect::<Result<_>>()?,
     };
@@ -44,6 +47,14 @@ pub(super) fn select(case: &CaseFile, spheres: &Spheres, on: &Where) -> Result<V
         return Err(on.spot.wrong("no sphere of the body is there", "check place, thickness and units"));
     }
     Ok(nodes)
+}
+
+/// The spheres at the surface that a solid shares with the body, ascending.
+fn carriers(spheres: &Spheres, shape: &Solid) -> Vec<u32> {
+    let mut nodes: Vec<u32> =
+        exposed(spheres, shape).map_or(Vec::new(), |s| s.patches.iter().map(|p| p.node).collect());
+    nodes.dedup();
+    nodes
 }
 
 /// Spheres whose centres are within a depth of the body's side.
@@ -79,58 +90,104 @@ fn nearest(spheres: &Spheres, on: &Where, point: &Vector3<f64>) -> Result<u32> {
     }
 }
 
-/// The spheres at a face or at the surface of a solid, with the areas that they carry.
+/// The surface at a face or of a solid, with the areas that spheres carry, in the packing's coordinates.
 ///
-/// A face's area is that of the body's section just inside it, shared in proportion to r² by the spheres of its layer.
-pub(super) fn surface(spheres: &Spheres, on: &Where) -> Result<Vec<Patch>> {
-    let found = match &on.place {
+/// A face's area is what the body shows of it: its shadow along the face's normal, as deep as the layer, shared in proportion
+/// to r² by the spheres of the layer.
+pub(super) fn surface(spheres: &Spheres, on: &Where) -> Result<Surface> {
+    match &on.place {
         Place::Face(face, depth) => {
             let nodes = layer(spheres, on, *face, *depth)?;
             let radii = spheres.packing.radii();
             let squares: f64 = nodes.iter().map(|&s| radii[s as usize].powi(2)).sum();
-            let share = face_area(spheres, *face) / squares;
-            let patch = |&node: &u32| Patch { node, area: share * radii[node as usize].powi(2), normal: face.normal() };
-            nodes.iter().map(patch).collect()
+            let depth = depth.metres(2.0 * spheres.mean_radius());
+            let (area, moment) = shadow(spheres, *face, depth, &nodes);
+            if nodes.is_empty() || area <= 0.0 {
+                return Err(on.spot.wrong("no sphere of the body is at that face", "check thickness and units"));
+            }
+            let normal = face.normal();
+            let share = area / squares;
+            let patch = |&node: &u32| Patch { node, area: share * radii[node as usize].powi(2), normal };
+            let patches = nodes.iter().map(patch).collect();
+            let moment = moment - spheres.origin * area;
+            Ok(Surface { patches, normal: normal * area, moment, turning: moment.cross(&normal) })
         }
-        Place::Solid(shape) => patches(spheres, shape).map_err(|e| on.spot.at(e))?,
-        Place::All | Place::Region(_) | Place::Points(_) => Vec::new(),
-    };
-    if found.is_empty() {
-        return Err(on.spot.wrong(
-            "no sphere of the body is at that surface",
-            "name the solid whose surface is a surface of the body, as a hole that was cut out",
-        ));
+        Place::Solid(shape) => exposed(spheres, shape).map_err(|e| on.spot.at(e)),
+        Place::All | Place::Region(_) | Place::Points(_) => {
+            Err(on.spot.wrong("that has no surface", "name a face (x-min … z-max) or a solid"))
+        }
     }
-    Ok(found)
 }
 
-/// Patches of a solid's surface, in the coordinates of the case. The solid is a hole if no sphere is inside.
-fn patches(spheres: &Spheres, shape: &Solid) -> Result<Vec<Patch>> {
-    let hole = !(0..spheres.packing.len()).any(|s| shape.contains(&spheres.position(s), 0.0));
-    let moved = Solid::Moved {
-        solid: Box::new(shape.clone()),
+/// The surface that a solid shares with the body.
+fn exposed(spheres: &Spheres, shape: &Solid) -> Result<Surface> {
+    let Some(body) = &spheres.shape else {
+        return Err(Error::input("the whole periodic cell is the body, which has no surface", "add [body]"));
+    };
+    let moved = |solid: &Solid| Solid::Moved {
+        solid: Box::new(solid.clone()),
         rotation: nalgebra::Matrix3::identity(),
         shift: -spheres.origin,
     };
     let [low, high] = spheres.bounds.map(|x| x - spheres.origin);
-    let region = Some([low, high]);
-    exposed_spheres(&spheres.packing, &moved, hole, REACH * spheres.mean_radius(), region)
-        .map_err(|e: Error| e.at("surface"))
+    let window = Window { low, high, periodic: spheres.periodic };
+    let reach = REACH * spheres.mean_radius();
+    exposed_spheres(&spheres.packing, &moved(shape), &moved(body), reach, &window)
 }
 
-/// Area (m²) of a body's outer face: the part of the plane just inside it that is in the body, on a raster; exact for boxes.
-fn face_area(spheres: &Spheres, face: Face) -> f64 {
+/// Area (m²) and ∫ x dA (m³) of the shadow that a body throws along the normal of one of its faces, as deep (m) as the layer of
+/// the given spheres: columns that meet the body in the layer, on a raster that is halved where it is cut by an edge.
+fn shadow(spheres: &Spheres, face: Face, depth: f64, nodes: &[u32]) -> (f64, Vector3<f64>) {
     let [low, high] = spheres.bounds;
-    let (right, up) = ((face.axis + 1) % 3, (face.axis + 2) % 3);
-    let sides = [right, up].map(|a| high[a] - low[a]);
-    let inside = |i: usize, j: usize| {
+    let axes = [(face.axis + 1) % 3, (face.axis + 2) % 3];
+    let (room, level) = (FAR * spheres.mean_radius(), if face.upper { high } else { low }[face.axis]);
+    let inwards = if face.upper { -depth } else { depth };
+    let span = axes.map(|a| {
+        let along = || nodes.iter().map(|&s| spheres.position(s as usize)[a]);
+        let (least, most) = along().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), x| (l.min(x), m.max(x)));
+        [low[a].max(least - room), high[a].min(most + room)]
+    });
+    let at = |u: f64, v: f64, part: f64| {
         let mut x = Vector3::zeros();
-        x[right] = low[right] + (i as f64 + 0.5) / FACE_CELLS as f64 * sides[0];
-        x[up] = low[up] + (j as f64 + 0.5) / FACE_CELLS as f64 * sides[1];
-        let depth = 1e-6 * (high[face.axis] - low[face.axis]);
-        x[face.axis] = if face.upper { high[face.axis] - depth } else { low[face.axis] + depth };
-        spheres.shape.as_ref().is_none_or(|s| s.contains(&x, 0.0))
+        (x[axes[0]], x[axes[1]], x[face.axis]) = (u, v, level + part * inwards);
+        x
     };
-    let cells = (0..FACE_CELLS * FACE_CELLS).filter(|n| inside(n % FACE_CELLS, n / FACE_CELLS)).count();
-    sides[0] * sides[1] * cells as f64 / (FACE_CELLS * FACE_CELLS) as f64
+    let shown = |u: f64, v: f64| {
+        let inside = |part: f64| spheres.shape.as_ref().is_none_or(|s| s.contains(&at(u, v, part), 0.0));
+        inside(1e-6) || (1..=DEPTHS).any(|n| inside(n as f64 / DEPTHS as f64))
+    };
+    let [right, up] = span.map(|s| (s[1] - s[0]) / FACE_CELLS as f64);
+    let rows = (0..FACE_CELLS).into_par_iter().map(|j| {
+        let mut sum = (0.0, Vector3::zeros());
+        for i in 0..FACE_CELLS {
+            let corner = [span[0][0] + i as f64 * right, span[1][0] + j as f64 * up];
+            raster(&shown, corner, [right, up], HALVINGS, &mut |u, v, area| {
+                sum.0 += area;
+                sum.1 += at(u, v, 0.0) * area;
+            });
+        }
+        sum
+    });
+    rows.collect::<Vec<_>>().into_iter().fold((0.0, Vector3::zeros()), |all, row| (all.0 + row.0, all.1 + row.1))
+}
+
+/// The part of a cell that is shown: middles and areas of what is left after halvings where an edge cuts it.
+fn raster(
+    shown: &impl Fn(f64, f64) -> bool,
+    [u, v]: [f64; 2],
+    [right, up]: [f64; 2],
+    halvings: usize,
+    add: &mut impl FnMut(f64, f64, f64),
+) {
+    let (near, far) = (1e-3, 1.0 - 1e-3);
+    let middle = [u + 0.5 * right, v + 0.5 * up];
+    let here = shown(middle[0], middle[1]);
+    let corners = [(near, near), (far, near), (near, far), (far, far)];
+    if halvings > 0 && corners.iter().any(|(s, t)| shown(u + s * right, v + t * up) != here) {
+        for (s, t) in [(0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5)] {
+            raster(shown, [u + s * right, v + t * up], [0.5 * right, 0.5 * up], halvings - 1, add);
+        }
+    } else if here {
+        add(middle[0], middle[1], right * up);
+    }
 }
