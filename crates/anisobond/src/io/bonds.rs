@@ -1,11 +1,11 @@
 //! `bonds.csv`: the calibrated bonds of a neighbourhood as a table, out and in.
 
 use std::fmt::Write;
-use std::fs;
 use std::path::Path;
 
 use nalgebra::Vector3;
 
+use super::tree::read_text;
 use super::write_atomically;
 use crate::calibration::ModelCalibration;
 use crate::lattice::{Bond, Neighbourhood};
@@ -234,7 +234,7 @@ pub fn write_bonds(
 /// A file that cannot be read; a missing column or a wrong entry, with the file's name and the line.
 pub fn read_bonds(path: impl AsRef<Path>) -> Result<BondTable> {
     let path = path.as_ref();
-    let text = fs::read_to_string(path).map_err(|source| Error::file("read", path, source))?;
+    let text = read_text(path)?;
     parse_bonds(&text).map_err(|error| error.at(path.display()))
 }
 

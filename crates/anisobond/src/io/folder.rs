@@ -1,44 +1,21 @@
 //! The files of a result's folder, made in memory before the first is written.
 
-use std::path::Path;
-
-use serde::Serialize;
-
 use super::picture::{self, NeighbourhoodPicture, Scalar, View};
 use super::{
-    BondModuli, LatticeReport, ModelReport, PackingFormat, bonds_csv, lattice_bonds_csv, lattice_vtp,
-    neighbourhood_vtp, packing_text, write_atomically,
+    BondModuli, LatticeReport, ModelReport, PackingFormat, bonds_csv, json_file, lattice_bonds_csv, lattice_vtp,
+    neighbourhood_vtp, packing_text,
 };
+use crate::Result;
 use crate::calibration::ModelCalibration;
 use crate::experiment::LatticeStudy;
 use crate::lattice::Neighbourhood;
 use crate::tensor::Material;
-use crate::{Error, Result};
 
 /// Names and contents of files.
 pub type Files = Vec<(&'static str, Vec<u8>)>;
 
 /// Width of PNG pictures of neighbourhoods, and of lattices (pixels).
 const WIDTHS: [u32; 2] = [1800, 1600];
-
-/// Write files whose contents are ready into a folder, each whole or not at all.
-///
-/// # Errors
-/// A folder that cannot be made, a file that cannot be written.
-pub fn write_files(folder: impl AsRef<Path>, files: &[(impl AsRef<Path>, Vec<u8>)]) -> Result<()> {
-    let folder = folder.as_ref();
-    std::fs::create_dir_all(folder).map_err(|e| Error::file("create", folder, e))?;
-    files.iter().try_for_each(|(name, bytes)| write_atomically(folder.join(name), bytes))
-}
-
-/// A report as the bytes of a JSON file.
-///
-/// # Errors
-/// None in practice: reports are JSON.
-pub fn json_file(report: &impl Serialize) -> Result<Vec<u8>> {
-    let text = serde_json::to_string_pretty(report).map_err(|e| Error::file("write", "a report", e.into()))?;
-    Ok((text + "\n").into_bytes())
-}
 
 /// The files of a calibration: report, bonds, VTK file and pictures, these in the views given or the usual three.
 ///

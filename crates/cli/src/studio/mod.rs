@@ -42,8 +42,11 @@ pub fn run(args: &args::Studio) -> Result<Ending> {
     let studio = Studio::new(address.port(), args.output.clone())?;
     // Ctrl-C, or a request to terminate: the connection wakes the loop, which sees the flag.
     let _ = ctrlc::set_handler(move || {
-        STOP.store(true, Ordering::Relaxed);
-        let _ = TcpStream::connect(address);
+        if STOP.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+        // On a thread of its own, so that a second one is heard whatever becomes of this.
+        std::thread::spawn(move || TcpStream::connect(address));
     });
     let url = format!("http://127.0.0.1:{}/{}/", address.port(), studio.token);
     text::print(&format!("{url}\n"))?;
@@ -99,6 +102,9 @@ struct Kept {
 #[serde(deny_unknown_fields)]
 struct Save {
     id: u64,
+    /// Whether another calibration in the folder is replaced.
+    #[serde(default)]
+    replace: bool,
 }
 
 impl Studio {
@@ -136,7 +142,7 @@ impl Studio {
                 Response::new("text/html; charset=utf-8", self.page.as_str()).with("Content-Security-Policy", POLICY)
             }
             ("POST", "/calibrate") => body(request, |question| self.calibrate(question)),
-            ("POST", "/save") => body(request, |save: Save| self.save(save.id)),
+            ("POST", "/save") => body(request, |save: Save| self.save(&save)),
             ("GET", path) => match path.strip_prefix("/file/").and_then(|rest| rest.split_once('/')) {
                 Some((id, name)) => self.file(id, name),
                 None => Response::refusal(404, "nothing is here"),
@@ -192,13 +198,14 @@ impl Studio {
         }
     }
 
-    fn save(&self, id: u64) -> String {
+    fn save(&self, save: &Save) -> String {
         let saved = || {
             let folder =
                 self.folder.as_ref().ok_or_else(|| Error::input("no folder was named", "start with -o DIR"))?;
-            let answer = self.answer(id).ok_or_else(|| Error::input("it is no longer kept", "change something"))?;
+            let answer =
+                self.answer(save.id).ok_or_else(|| Error::input("it is no longer kept", "change something"))?;
             let own = folder.join(folder_name(&answer.done.material.name, answer.done.result.model().name()));
-            folder::write(&own, &answer.files()?)?;
+            folder::write(&own, &answer.files()?, save.replace)?;
             Ok(own)
         };
         match saved() {

@@ -3,6 +3,7 @@
 //! [`ParameterTable`] (what to compute) → [`run_sweep`] (over the cores) → [`Store`] (one SQLite file, every finished
 //! job committed at once) → CSV. A sweep that is too large for one machine is split by [`Shard`] and merged again.
 
+mod bounded;
 mod chart;
 mod combinations;
 mod job;

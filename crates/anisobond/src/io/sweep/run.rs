@@ -147,7 +147,7 @@ fn attempt(
     };
     let failure = result.as_ref().err().cloned();
     log.close(&failure.as_ref().map_or("done".into(), |message| format!("failed: {message}")))?;
-    store.finish(&job.id, &result, begun.elapsed().as_secs_f64())?;
+    store.finish(&job.id, result, begun.elapsed().as_secs_f64())?;
     Ok(Some(failure))
 }
 

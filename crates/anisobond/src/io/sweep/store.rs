@@ -4,24 +4,29 @@
 //! any moment loses the jobs under way and nothing else, on network file systems too (where a write-ahead log is not
 //! allowed). While a sweep runs it holds a lock on `STORE.lock`; others may read meanwhile.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, params};
+use rusqlite::types::ValueRef;
+use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, Row, params};
 use serde_json::Value as Json;
 
+use super::super::claim::{say_who, who};
 use super::super::flat::{FlatRow, FlatTable, columns, header, text_of};
+use super::super::inputs::{Inputs, checksum};
 use super::super::words::{quoted, suggestion};
+use super::job::Job;
 use super::table::ParameterTable;
 use crate::{Error, Result};
 
 /// "anbs": marks our files among all SQLite files.
 const APPLICATION: i32 = 0x616e_6273;
 /// Version of the tables below.
-const SCHEMA: i32 = 1;
+const SCHEMA: i32 = 2;
 /// How long one waits for another process that reads or writes.
 const PATIENCE: Duration = Duration::from_secs(20);
 
@@ -32,11 +37,13 @@ CREATE TABLE jobs (
     position INTEGER,
     title TEXT NOT NULL,
     parameters TEXT NOT NULL,
-    state TEXT NOT NULL DEFAULT 'pending' CHECK (state IN ('pending', 'started', 'done', 'failed')),
+    inputs TEXT NOT NULL,
+    state TEXT NOT NULL,
     result TEXT,
     message TEXT,
     seconds REAL,
-    attempts INTEGER NOT NULL DEFAULT 0
+    attempts INTEGER NOT NULL,
+    checksum TEXT NOT NULL
 ) WITHOUT ROWID;
 CREATE INDEX jobs_in_order ON jobs (position);
 ";
@@ -125,6 +132,8 @@ pub struct Record {
     pub title: String,
     /// Its parameters, a JSON object.
     pub parameters: Json,
+    /// What its parameters name, by content.
+    pub inputs: Inputs,
     /// What has become of it.
     pub state: State,
     /// The result of a finished job.
@@ -135,7 +144,86 @@ pub struct Record {
     pub seconds: Option<f64>,
     /// How often it was begun.
     pub attempts: u32,
+    /// Whether its record is not what was written: then it has no result, and is to be done again.
+    pub damaged: bool,
 }
+
+impl Record {
+    fn new(position: usize, job: &Job, inputs: Inputs) -> Self {
+        Record {
+            position,
+            id: job.id.clone(),
+            title: job.title.clone(),
+            parameters: job.json(),
+            inputs,
+            state: State::Pending,
+            result: None,
+            message: None,
+            seconds: None,
+            attempts: 0,
+            damaged: false,
+        }
+    }
+
+    fn is_finished(&self) -> bool {
+        matches!(self.state, State::Done | State::Failed)
+    }
+
+    /// Takes what became of another record of the same job.
+    fn take_outcome(&mut self, other: Record) {
+        let Record { state, result, message, seconds, attempts, .. } = other;
+        (self.state, self.result, self.message) = (state, result, message);
+        (self.seconds, self.attempts) = (seconds, attempts);
+    }
+
+    /// Checksum of all that a finished job is known by.
+    fn checksum(&self) -> String {
+        let texts = [
+            self.id.clone(),
+            self.title.clone(),
+            self.parameters.to_string(),
+            self.inputs.text(),
+            self.state.name().into(),
+            self.result.as_ref().map(ToString::to_string).unwrap_or_default(),
+            self.message.clone().unwrap_or_default(),
+        ];
+        checksum(texts.iter().map(String::as_bytes))
+    }
+
+    /// From a row of the columns of [`COLUMNS`]. Whatever a damaged file has in it, no result comes out of it that was not
+    /// put in.
+    fn of_row(row: &Row) -> rusqlite::Result<Self> {
+        let text = |at: usize| -> rusqlite::Result<Option<String>> {
+            Ok(match row.get_ref(at)? {
+                ValueRef::Text(bytes) | ValueRef::Blob(bytes) => Some(String::from_utf8_lossy(bytes).into_owned()),
+                _ => None,
+            })
+        };
+        let words = |at: usize| -> rusqlite::Result<String> { Ok(text(at)?.unwrap_or_default()) };
+        let json = |text: String| serde_json::from_str::<Json>(&text).unwrap_or(Json::Null);
+        let mut record = Record {
+            position: row.get::<_, i64>(0).unwrap_or(0).max(0) as usize,
+            id: words(1)?,
+            title: words(2)?,
+            parameters: json(words(3)?),
+            inputs: Inputs::of_text(&words(4)?),
+            state: State::of(&words(5)?),
+            result: text(6)?.map(json),
+            message: text(7)?,
+            seconds: row.get(8).unwrap_or(None),
+            attempts: row.get(9).unwrap_or(0),
+            damaged: false,
+        };
+        if words(10)? != record.checksum() {
+            record.damaged = true;
+            (record.state, record.result, record.message) = (State::Pending, None, None);
+        }
+        Ok(record)
+    }
+}
+
+/// The columns of a record.
+const COLUMNS: &str = "position, id, title, parameters, inputs, state, result, message, seconds, attempts, checksum";
 
 /// How many jobs are in which state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -152,6 +240,7 @@ pub struct Counts {
 pub struct Store {
     path: PathBuf,
     connection: Mutex<Connection>,
+    notes: Vec<String>,
     /// Held while the store may be written.
     _lock: Option<WriterLock>,
 }
@@ -216,25 +305,69 @@ impl Store {
     /// # Errors
     /// A file that is no store, is damaged, belongs to another sweep (other settings, version or shard), or is in use.
     pub fn open(path: impl AsRef<Path>, table: &ParameterTable, shard: Option<Shard>, settings: &Json) -> Result<Self> {
-        let store = Self::create(path.as_ref(), &Sweep::of(table, shard, settings), table.file())?;
+        Self::open_with(path, table, shard, settings, |_| Inputs::default())
+    }
+
+    /// [`Store::open`] of jobs whose parameters name files: `inputs` knows them by content. A job whose inputs have changed is
+    /// to be done anew, and [`Store::notes`] names what changed.
+    ///
+    /// # Errors
+    /// As [`Store::open`].
+    pub fn open_with(
+        path: impl AsRef<Path>,
+        table: &ParameterTable,
+        shard: Option<Shard>,
+        settings: &Json,
+        inputs: impl Fn(&Job) -> Inputs,
+    ) -> Result<Self> {
+        let mut store = Self::create(path.as_ref(), &Sweep::of(table, shard, settings), table.file())?;
         let jobs = table.jobs().iter().enumerate().filter(|(at, _)| shard.is_none_or(|shard| shard.has(*at)));
-        let mut connection = store.connection();
-        let failed = |e| failure(&store.path, e);
+        store.put(jobs.map(|(position, job)| Record::new(position, job, inputs(job))))?;
+        Ok(store)
+    }
+
+    /// What a user should know: inputs that have changed, records that are damaged.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// Makes these the jobs of the store, all or none; what it knows of them already is kept if it is of the same inputs.
+    pub(super) fn put(&mut self, records: impl Iterator<Item = Record>) -> Result<()> {
+        let mut changes: BTreeMap<String, usize> = BTreeMap::new();
+        let mut damaged = 0;
+        let path = self.path.clone();
+        let failed = |e| failure(&path, e);
+        let mut connection = self.connection();
         let transaction = connection.transaction().map_err(failed)?;
         transaction.execute("UPDATE jobs SET position = NULL", ()).map_err(failed)?;
-        for (position, job) in jobs {
-            let row = params![job.id, position as i64, job.title, job.json().to_string()];
-            transaction
-                .prepare_cached(
-                    "INSERT INTO jobs (id, position, title, parameters) VALUES (?1, ?2, ?3, ?4)
-                     ON CONFLICT (id) DO UPDATE SET position = ?2, title = ?3, parameters = ?4",
-                )
-                .and_then(|mut statement| statement.execute(row))
+        for mut record in records {
+            let sql = format!("SELECT {COLUMNS} FROM jobs WHERE id = ?1");
+            let known = transaction
+                .prepare_cached(&sql)
+                .and_then(|mut one| one.query_row([&record.id], Record::of_row).optional())
                 .map_err(failed)?;
+            match known {
+                Some(known) if known.damaged => damaged += 1,
+                // A result is not taken back by what is not finished yet.
+                Some(known) if known.is_finished() && (known.state == State::Done || !record.is_finished()) => {
+                    match record.inputs.changed_since(&known.inputs) {
+                        None => record.take_outcome(known),
+                        Some(changed) => *changes.entry(changed).or_default() += 1,
+                    }
+                }
+                Some(known) => record.attempts = record.attempts.max(known.attempts),
+                None => {}
+            }
+            write(&transaction, &record).map_err(failed)?;
         }
         transaction.commit().map_err(failed)?;
         drop(connection);
-        Ok(store)
+        let jobs = |n: usize| if n == 1 { "1 job is".into() } else { format!("{n} jobs are") };
+        self.notes.extend(changes.into_iter().map(|(what, n)| format!("{what}: {} done anew", jobs(n))));
+        if damaged > 0 {
+            self.notes.push(format!("{} done again: their records in the store are damaged", jobs(damaged)));
+        }
+        Ok(())
     }
 
     /// Opens or begins a store with the lock of a writer, checks that it is of this sweep and notes the table.
@@ -277,7 +410,7 @@ impl Store {
             connection.pragma_update(None, "synchronous", "FULL")
         };
         settings().map_err(|e| failure(path, e))?;
-        Ok(Store { path: path.into(), connection: Mutex::new(connection), _lock: lock })
+        Ok(Store { path: path.into(), connection: Mutex::new(connection), notes: Vec::new(), _lock: lock })
     }
 
     /// Whether the file holds nothing yet: it is new, or its maker was killed before the tables were committed.
@@ -363,27 +496,38 @@ impl Store {
 
     /// Notes that a job begins.
     pub(super) fn start(&self, id: &str) -> Result<()> {
-        self.change("UPDATE jobs SET state = 'started', attempts = attempts + 1 WHERE id = ?1", params![id])
+        self.change(id, |record| {
+            record.state = State::Started;
+            record.attempts += 1;
+        })
     }
 
     /// Takes back the beginning of a job that was interrupted.
     pub(super) fn reset(&self, id: &str) -> Result<()> {
-        self.change("UPDATE jobs SET state = 'pending' WHERE id = ?1", params![id])
+        self.change(id, |record| record.state = State::Pending)
     }
 
     /// Keeps a result, or the message of a failure; on the disk when this returns.
-    pub(super) fn finish(&self, id: &str, result: &std::result::Result<Json, String>, seconds: f64) -> Result<()> {
-        let sql = "UPDATE jobs SET state = ?2, result = ?3, message = ?4, seconds = ?5 WHERE id = ?1";
-        match result {
-            Ok(value) => self.change(sql, params![id, "done", value.to_string(), None::<String>, seconds]),
-            Err(message) => self.change(sql, params![id, "failed", None::<String>, message, seconds]),
-        }
+    pub(super) fn finish(&self, id: &str, result: std::result::Result<Json, String>, seconds: f64) -> Result<()> {
+        self.change(id, |record| {
+            record.seconds = Some(seconds);
+            (record.state, record.result, record.message) = match result {
+                Ok(value) => (State::Done, Some(value), None),
+                Err(message) => (State::Failed, None, Some(message)),
+            };
+        })
     }
 
-    fn change(&self, sql: &str, values: impl rusqlite::Params) -> Result<()> {
+    /// Changes a job's record.
+    fn change(&self, id: &str, to: impl FnOnce(&mut Record)) -> Result<()> {
         let connection = self.connection();
-        let changed = connection.prepare_cached(sql).and_then(|mut statement| statement.execute(values));
-        changed.map(drop).map_err(|e| failure(&self.path, e))
+        let sql = format!("SELECT {COLUMNS} FROM jobs WHERE id = ?1");
+        let found = connection.prepare_cached(&sql).and_then(|mut one| one.query_row([id], Record::of_row));
+        let changed = found.and_then(|mut record| {
+            to(&mut record);
+            write(&connection, &record)
+        });
+        changed.map_err(|e| failure(&self.path, e))
     }
 
     /// The jobs of the table, in its order.
@@ -393,39 +537,24 @@ impl Store {
     pub fn records(&self) -> Result<Vec<Record>> {
         let connection = self.connection();
         let failed = |e| failure(&self.path, e);
-        let mut statement = connection
-            .prepare_cached(
-                "SELECT position, id, title, parameters, state, result, message, seconds, attempts FROM jobs
-                 WHERE position IS NOT NULL ORDER BY position",
-            )
-            .map_err(failed)?;
-        let json = |text: String| serde_json::from_str::<Json>(&text).unwrap_or(Json::Null);
-        let rows = statement.query_map((), |row| {
-            Ok(Record {
-                position: row.get::<_, i64>(0)?.max(0) as usize,
-                id: row.get(1)?,
-                title: row.get(2)?,
-                parameters: json(row.get(3)?),
-                state: State::of(&row.get::<_, String>(4)?),
-                result: row.get::<_, Option<String>>(5)?.map(json),
-                message: row.get(6)?,
-                seconds: row.get(7)?,
-                attempts: row.get(8)?,
-            })
-        });
-        rows.map_err(failed)?.collect::<rusqlite::Result<_>>().map_err(failed)
+        let sql = format!("SELECT {COLUMNS} FROM jobs WHERE position IS NOT NULL ORDER BY position");
+        let mut statement = connection.prepare_cached(&sql).map_err(failed)?;
+        let rows = statement.query_map((), Record::of_row).map_err(failed)?;
+        rows.collect::<rusqlite::Result<_>>().map_err(failed)
     }
 
-    /// How many jobs there are, are done and have failed.
+    /// How many jobs there are, are done and have failed; one whose record is damaged is neither.
     ///
     /// # Errors
     /// A store that cannot be read.
     pub fn counts(&self) -> Result<Counts> {
-        let sql = "SELECT count(*), count(nullif(state = 'done', 0)), count(nullif(state = 'failed', 0)) FROM jobs
-                   WHERE position IS NOT NULL";
-        let numbers = self.connection().query_row(sql, (), |row| Ok([row.get(0)?, row.get(1)?, row.get(2)?]));
-        let [all, done, failed] = numbers.map_err(|e| failure(&self.path, e))?.map(|n: i64| n.max(0) as usize);
-        Ok(Counts { all, done, failed })
+        let mut counts = Counts::default();
+        for record in self.records()? {
+            counts.all += 1;
+            counts.done += usize::from(record.state == State::Done);
+            counts.failed += usize::from(record.state == State::Failed);
+        }
+        Ok(counts)
     }
 
     /// The table of [`Store::table`] as CSV text.
@@ -505,6 +634,25 @@ impl Store {
     }
 }
 
+/// Writes a record in the place of the job's record, if it has one.
+fn write(connection: &Connection, record: &Record) -> rusqlite::Result<()> {
+    let sql = format!("INSERT OR REPLACE INTO jobs ({COLUMNS}) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11)");
+    let values = params![
+        record.position as i64,
+        record.id,
+        record.title,
+        record.parameters.to_string(),
+        record.inputs.text(),
+        record.state.name(),
+        record.result.as_ref().map(ToString::to_string),
+        record.message,
+        record.seconds,
+        record.attempts,
+        record.checksum(),
+    ];
+    connection.prepare_cached(&sql)?.execute(values).map(drop)
+}
+
 /// The columns of a result that is an object; another value is `result`.
 fn result_columns(value: &Json) -> FlatRow {
     match value {
@@ -547,25 +695,28 @@ fn lock(path: &Path) -> Result<WriterLock> {
     let mut name = path.as_os_str().to_owned();
     name.push(".lock");
     let name = PathBuf::from(name);
-    let file = File::options().create(true).truncate(false).write(true).open(&name);
-    let file = file.map_err(|e| Error::file("write", &name, e))?;
+    let file = File::options().create(true).truncate(false).read(true).write(true).open(&name);
+    let mut file = file.map_err(|e| Error::file("write", &name, e))?;
     match file.try_lock() {
-        Ok(()) => Ok(WriterLock(file)),
-        Err(std::fs::TryLockError::WouldBlock) => Err(in_use(path)),
+        Ok(()) => {
+            let _ = say_who(&mut file);
+            Ok(WriterLock(file))
+        }
+        Err(std::fs::TryLockError::WouldBlock) => Err(in_use(path, &who(&mut file))),
         // Some network file systems know no locks; SQLite's own keep the file whole.
         Err(std::fs::TryLockError::Error(_)) => Ok(WriterLock(file)),
     }
 }
 
-fn in_use(path: &Path) -> Error {
+fn in_use(path: &Path, who: &str) -> Error {
     let remedy = "wait for it, stop it, or give this one a store or shard of its own";
-    Error::input("another process is running this sweep", remedy).at(path.display())
+    Error::input(format!("another process is running this sweep: {who}"), remedy).at(path.display())
 }
 
 /// What SQLite says, in our words.
 pub(super) fn failure(path: &Path, error: rusqlite::Error) -> Error {
     match error.sqlite_error_code() {
-        Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => in_use(path),
+        Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => in_use(path, "it holds the store"),
         Some(ErrorCode::NotADatabase) => {
             Error::input("the file is not the store of a sweep", "give another name").at(path.display())
         }
