@@ -7,6 +7,7 @@ mod corrected;
 pub mod element_test;
 mod grid_study;
 mod lattice_study;
+mod memory;
 mod packing_simulation;
 pub mod particles;
 pub mod prakash;
@@ -21,6 +22,7 @@ pub use corrected::{
 };
 pub use grid_study::GridStudy;
 pub use lattice_study::{CorrectionChoice, LatticePlan, LatticeStudy, anisotropy_axis, turned_to_axis};
+pub use memory::{machine_memory, refuse_beyond_memory};
 pub use packing_simulation::{
     CellDrive, CellState, Leavers, PackingEvidence, PackingProblem, PackingSimulation, Peak, ServoPlan,
 };

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 
+use super::csv_text::in_comment;
 use super::tree::read_text;
 use super::write_atomically;
 use crate::calibration::ModelCalibration;
@@ -175,7 +176,7 @@ pub fn bonds_csv(neighbourhood: &Neighbourhood, moduli: &BondModuli, material: &
 
 /// What the reader of the file needs to know before the first number.
 fn comments(neighbourhood: &Neighbourhood, moduli: &BondModuli, material: &str) -> Vec<String> {
-    let material = material.replace(char::is_control, " ");
+    let material = in_comment(material);
     let spacing = neighbourhood.spacing();
     let mut lines = vec![
         format!("Bonds of the neighbourhood of one grid node, calibrated by anisobond {}.", env!("CARGO_PKG_VERSION")),

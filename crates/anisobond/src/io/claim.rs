@@ -234,6 +234,9 @@ fn names(folder: &Path) -> Result<Vec<String>> {
     }
 }
 
+/// What to do where a folder holds other results.
+pub const REPLACE: &str = "give another folder, or --force (force=True) to replace them whole";
+
 /// Refuses a folder that holds results of another kind than those of `ours` ("a run").
 ///
 /// # Errors
@@ -247,8 +250,7 @@ pub fn refuse_other_kind(folder: &Path, ours: &str) -> Result<()> {
 }
 
 fn holds(folder: &Path, name: &str, what: &str) -> Error {
-    let problem = format!("{} holds results of {what} ({name})", folder.display());
-    Error::input(problem, "give another folder, or --force (force=True) to replace them whole")
+    Error::input(format!("{} holds results of {what} ({name})", folder.display()), REPLACE)
 }
 
 /// Pictures and pages follow from the rest, and may be drawn again in another way.

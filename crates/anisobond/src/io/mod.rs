@@ -1,6 +1,7 @@
 //! What a user writes is read here, and what a model says is written: one file per format.
 
 mod words;
+mod csv_text;
 mod inputs;
 mod tree;
 pub mod units;
@@ -45,7 +46,8 @@ pub use calibrate_table::{TableResults, calibrate_table, table_journal};
 pub use case::{
     CaseFile, CasePlan, ConditionPlan, LatticeKind, PackingPlan, RegionPlan, calibrated_case, read_case, starter_case,
 };
-pub use claim::{FolderLock, refuse_other_kind, remove_results, write_files};
+pub use claim::{FolderLock, REPLACE, refuse_other_kind, remove_results, write_files};
+pub use csv_text::unguarded;
 pub use export::{BondedCell, Engine, Export, ExportFile, export};
 pub use find::{builtin_material, find_material};
 pub use flat::{Column, FlatTable};

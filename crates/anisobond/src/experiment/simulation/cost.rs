@@ -53,7 +53,7 @@ impl RunCost {
                     motion.kick(problem, &loading, &mut bonds, &u, (0.0, evidence.step), false)?;
                     Ok(())
                 })?;
-                let steps = evidence.steps_in(duration);
+                let steps = evidence.steps_in(duration)?;
                 Ok(RunCost {
                     stable_step_s: Some(evidence.stable),
                     step_s: Some(evidence.step),

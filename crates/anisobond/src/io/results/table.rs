@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use twox_hash::XxHash3_128;
 
+use crate::io::csv_text::line;
 use crate::{Error, Result};
 
 /// A CSV file of numbers, one row at a time.
@@ -25,7 +26,7 @@ impl ProbeTable {
         let path = path.as_ref().to_path_buf();
         let file = File::create(&path).map_err(|e| Error::file("create", &path, e))?;
         let mut table = ProbeTable { path, file: BufWriter::new(file), bytes: 0, hash: XxHash3_128::new() };
-        table.line(&columns.join(","))?;
+        table.line(&line(columns))?;
         Ok(table)
     }
 
