@@ -22,7 +22,8 @@ pub fn run(args: &args::Run) -> Result<Ending> {
     }
     report::beside(args.report, &folder)?;
     if args.json {
-        text::print_json(&summary)?;
+        // What is not finite is among the warnings.
+        text::print_json(&serde_json::json!(summary))?;
     } else {
         text::print(&describe(&summary, &folder.display().to_string()))?;
     }

@@ -219,7 +219,8 @@ pub fn run<'py>(
     for warning in &summary.warnings {
         warnings.call_method1("warn", (warning,))?;
     }
-    made_run(py, &summary, &summary, folder)
+    // What is not finite is among the warnings.
+    made_run(py, &summary, &serde_json::json!(summary), folder)
 }
 
 /// A run of its summary; its numbers are given apart, as the summary's file has them.

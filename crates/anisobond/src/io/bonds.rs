@@ -432,6 +432,6 @@ mod tests {
             Err(Error::File { .. })
         ));
         assert!(matches!(read_bonds(&path), Err(Error::File { action: "read", .. })));
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 }

@@ -29,8 +29,9 @@ const HEADS: [(&str, &str); 11] = [
 ];
 
 /// What stands beside them.
-const COMPANIONS: [&str; 57] = [
+const COMPANIONS: [&str; 58] = [
     "bonds.csv",
+    "journal.inputs.json",
     "neighbourhood.vtp",
     "neighbourhood.svg",
     "neighbourhood.png",
@@ -253,6 +254,12 @@ fn holds(folder: &Path, name: &str, what: &str) -> Error {
     Error::input(format!("{} holds results of {what} ({name})", folder.display()), REPLACE)
 }
 
+/// Names, those first that tell what a folder is of.
+fn telling_first(mut names: Vec<String>) -> Vec<String> {
+    names.sort_by_key(|name| told_by(name).is_none());
+    names
+}
+
 /// Pictures and pages follow from the rest, and may be drawn again in another way.
 fn is_drawn(name: &Path) -> bool {
     name.extension().is_some_and(|e| ["svg", "png", "html"].iter().any(|drawn| e == *drawn))
@@ -260,7 +267,7 @@ fn is_drawn(name: &Path) -> bool {
 
 /// Refuses a folder that holds other results than these files.
 fn refuse_other_results(folder: &Path, files: &[(impl AsRef<Path>, Vec<u8>)]) -> Result<()> {
-    for name in names(folder)? {
+    for name in telling_first(names(folder)?) {
         let own = files.iter().find(|(own, _)| own.as_ref() == Path::new(&name));
         match (own, told_by(&name)) {
             (None, Some(what)) => return Err(holds(folder, &name, what)),
@@ -282,9 +289,8 @@ fn refuse_other_results(folder: &Path, files: &[(impl AsRef<Path>, Vec<u8>)]) ->
 /// # Errors
 /// What cannot be removed.
 pub fn remove_results(folder: &Path) -> Result<()> {
-    let mut names: Vec<String> = names(folder)?.into_iter().filter(|name| is_result(name)).collect();
-    names.sort_by_key(|name| told_by(name).is_none());
-    for path in names.iter().map(|name| folder.join(name)) {
+    let results = telling_first(names(folder)?.into_iter().filter(|name| is_result(name)).collect());
+    for path in results.iter().map(|name| folder.join(name)) {
         let removed = if path.is_dir() { fs::remove_dir_all(&path) } else { fs::remove_file(&path) };
         removed.map_err(|e| Error::file("remove", &path, e))?;
     }

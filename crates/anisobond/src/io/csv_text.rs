@@ -40,7 +40,9 @@ mod tests {
 
     #[test]
     fn no_text_is_a_formula_and_every_text_comes_back() {
-        for text in ["=1+1", "+x", "-x", "@SUM(A1)", "\tx", "\r=x", "'=x", "'quoted'", "''", "'", "-", "KIO3", "a=b", ""] {
+        for text in
+            ["=1+1", "+x", "-x", "@SUM(A1)", "\tx", "\r=x", "'=x", "'quoted'", "''", "'", "-", "KIO3", "a=b", ""]
+        {
             let cell = guarded(text);
             assert!(!cell.starts_with(['=', '+', '-', '@', '\t', '\r']), "{text:?}");
             assert_eq!(unguarded(&cell), text);

@@ -8,14 +8,14 @@ use serde_json::Value;
 use super::inputs::{checksum, read_bytes};
 use super::picture::{self, NeighbourhoodPicture, Scalar, View};
 use super::{
-    BondModuli, LatticeReport, ModelReport, PackingFormat, bonds_csv, json_file, json_value, lattice_bonds_csv, lattice_vtp,
-    neighbourhood_vtp, packing_text,
+    BondModuli, LatticeReport, ModelReport, PackingFormat, bonds_csv, json_file, json_value, lattice_bonds_csv,
+    lattice_vtp, neighbourhood_vtp, packing_text,
 };
-use crate::{Error, Result};
 use crate::calibration::ModelCalibration;
 use crate::experiment::LatticeStudy;
 use crate::lattice::Neighbourhood;
 use crate::tensor::Material;
+use crate::{Error, Result};
 
 /// Names and contents of files.
 pub type Files = Vec<(&'static str, Vec<u8>)>;
@@ -44,7 +44,9 @@ pub(super) fn require_own(report: &Value, folder: &Path, name: &str) -> Result<(
     match report[CHECKSUMS][name].as_str() {
         Some(sum) if sum == checksum([bytes.as_slice()]) => Ok(()),
         Some(_) => Err(Error::input(
-            format!("{name} is not the one that was written with its report: it was changed, or is of another calibration"),
+            format!(
+                "{name} is not the one that was written with its report: it was changed, or is of another calibration"
+            ),
             "write the folder again with `anisobond calibrate -o` or `anisobond lattice -o`",
         )),
         None => Err(Error::input(

@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
 
 use super::inputs::{Inputs, checksum};
-use super::json::refuse_non_finite;
+use super::json::{json_file, refuse_non_finite};
+use super::write_atomically;
 use crate::{Error, Result};
 
 /// Finished jobs on disk, keyed by what they were computed from.
@@ -21,32 +22,30 @@ pub struct Journal {
     path: PathBuf,
     file: BufWriter<File>,
     finished: HashMap<String, Box<RawValue>>,
-    inputs: Option<Inputs>,
     damaged: usize,
 }
 
-/// One line of the file: a finished job, or (without key) what the jobs after it were computed from.
+/// One line of the file.
 #[derive(Serialize, Deserialize)]
 struct Line {
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    key: Option<String>,
+    key: String,
     result: Box<RawValue>,
     /// Checksum of key and result.
     check: String,
 }
 
 impl Line {
-    fn new(key: Option<String>, result: Box<RawValue>) -> Self {
-        let check = Line::check(key.as_deref(), &result);
+    fn new(key: String, result: Box<RawValue>) -> Self {
+        let check = Line::check(&key, &result);
         Line { key, result, check }
     }
 
-    fn check(key: Option<&str>, result: &RawValue) -> String {
-        checksum([key.unwrap_or("").as_bytes(), result.get().as_bytes()])
+    fn check(key: &str, result: &RawValue) -> String {
+        checksum([key.as_bytes(), result.get().as_bytes()])
     }
 
     fn is_whole(&self) -> bool {
-        self.check == Line::check(self.key.as_deref(), &self.result)
+        self.check == Line::check(&self.key, &self.result)
     }
 }
 
@@ -65,11 +64,10 @@ impl Journal {
             .map_err(|e| Error::file("open", &path, e))?;
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(|e| Error::file("read", &path, e))?;
-        let (mut finished, mut inputs, mut damaged) = (HashMap::new(), None, 0);
+        let (mut finished, mut damaged) = (HashMap::new(), 0);
         for line in bytes.split(|&b| b == b'\n').filter(|line| !line.is_empty()) {
             match serde_json::from_slice::<Line>(line).ok().filter(Line::is_whole) {
-                Some(Line { key: Some(key), result, .. }) => drop(finished.insert(key, result)),
-                Some(line) => inputs = serde_json::from_str(line.result.get()).ok(),
+                Some(Line { key, result, .. }) => drop(finished.insert(key, result)),
                 None => damaged += 1,
             }
         }
@@ -77,7 +75,7 @@ impl Journal {
         if bytes.last().is_some_and(|&b| b != b'\n') {
             file.write_all(b"\n").map_err(|e| Error::file("write", &path, e))?;
         }
-        Ok(Journal { path, file: BufWriter::new(file), finished, inputs, damaged })
+        Ok(Journal { path, file: BufWriter::new(file), finished, damaged })
     }
 
     /// The result of a finished job, as it was written (JSON).
@@ -90,18 +88,17 @@ impl Journal {
         self.damaged
     }
 
-    /// Note what the jobs from here on are computed from; what has changed since it was noted last, in words.
+    /// Note, in a file beside the journal, what jobs are computed from; what has changed since it was noted last, in words.
+    /// (Results are known by their keys: if the note is lost, only these words are.)
     ///
     /// # Errors
-    /// As [`Journal::add`].
+    /// A file that cannot be written.
     pub fn computed_from(&mut self, inputs: &Inputs) -> Result<Option<String>> {
-        let changed = match &self.inputs {
-            Some(before) => inputs.changed_since(before),
-            None => None,
-        };
-        if changed.is_some() || self.inputs.is_none() {
-            self.write(Line::new(None, self.raw(inputs)?))?;
-            self.inputs = Some(inputs.clone());
+        let path = self.path.with_extension("inputs.json");
+        let before = std::fs::read(&path).ok().and_then(|bytes| serde_json::from_slice::<Inputs>(&bytes).ok());
+        let changed = before.as_ref().and_then(|before| inputs.changed_since(before));
+        if before.as_ref() != Some(inputs) {
+            write_atomically(path, json_file(inputs)?)?;
         }
         Ok(changed)
     }
@@ -112,7 +109,7 @@ impl Journal {
     /// A full disk, or a result that cannot be written as JSON.
     pub fn add(&mut self, key: String, result: &impl Serialize) -> Result<()> {
         let result = self.raw(result)?;
-        self.write(Line::new(Some(key.clone()), result.clone()))?;
+        self.write(Line::new(key.clone(), result.clone()))?;
         self.finished.insert(key, result);
         Ok(())
     }
@@ -165,7 +162,6 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("journal.jsonl");
         let mut journal = Journal::open(&path).unwrap();
-        journal.computed_from(&Inputs::default().and("table", b"1")).unwrap();
         journal.add("a".into(), &[1.5, 2.0]).unwrap();
         drop(journal);
         let whole = std::fs::read(&path).unwrap();

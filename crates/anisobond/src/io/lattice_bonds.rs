@@ -6,8 +6,8 @@ use nalgebra::Vector3;
 
 use super::vtk::{array, exact};
 use crate::calibration::LatticeStiffness;
-use crate::lattice::Lattice;
 use crate::io::csv_text::in_comment;
+use crate::lattice::Lattice;
 use crate::operator::Network;
 use crate::{Error, Result};
 

@@ -178,7 +178,14 @@ impl Dimension {
         let value = finite(value, text)?;
         let beyond = |word: &str, limit: f64| {
             let problem = format!("{} is too {word} for {}", quoted(text.trim()), self.words());
-            Err(Error::input(problem, format!("give at {} {limit:e} {}, or check the unit", if word == "large" { "most" } else { "least" }, self.si())))
+            Err(Error::input(
+                problem,
+                format!(
+                    "give at {} {limit:e} {}, or check the unit",
+                    if word == "large" { "most" } else { "least" },
+                    self.si()
+                ),
+            ))
         };
         match value.abs() {
             x if x > most => beyond("large", most),

@@ -73,6 +73,12 @@ const MOST_TIME_STEPS: f64 = 1e12;
 /// More than 10¹², or numbers of which none follow.
 pub(super) fn steps_in(duration: f64, step: f64) -> Result<u64> {
     let steps = (duration / step).round();
+    if !step.is_finite() || step <= 0.0 {
+        return Err(Error::input(
+            format!("the time step is {step} s"),
+            "check density, stiffness and spacing: the body's nodes have no bonds, or numbers at the limits",
+        ));
+    }
     if steps.is_nan() || steps > MOST_TIME_STEPS {
         return Err(Error::input(
             format!("{duration} s are {steps:.1e} time steps of {step} s"),

@@ -8,8 +8,8 @@ use serde_json::Value;
 use super::charts::axis;
 use super::labels::{label, title};
 use super::sweeps::measured;
-use crate::io::element_sweep::PARAMETERS;
 use crate::io::csv_text::unguarded;
+use crate::io::element_sweep::PARAMETERS;
 use crate::io::tree::read_text;
 use crate::{Error, Result};
 

@@ -9,7 +9,8 @@ use serde_json::Value as Json;
 
 use super::job::Job;
 use super::log::JobLog;
-use super::store::{Counts, State, Store};
+use super::record::{Counts, State};
+use super::store::Store;
 use super::table::ParameterTable;
 use crate::experiment::batch;
 use crate::{Error, Result};

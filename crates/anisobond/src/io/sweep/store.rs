@@ -11,42 +11,24 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use rusqlite::types::ValueRef;
-use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, Row, params};
+use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension};
 use serde_json::Value as Json;
 
 use super::super::claim::{say_who, who};
 use super::super::flat::{FlatRow, FlatTable, columns, header, text_of};
-use super::super::inputs::{Inputs, checksum};
+use super::super::inputs::Inputs;
 use super::super::words::{quoted, suggestion};
 use super::job::Job;
+use super::record::{COLUMNS, Counts, Record, State, TABLES, write};
 use super::table::ParameterTable;
 use crate::{Error, Result};
 
 /// "anbs": marks our files among all SQLite files.
 const APPLICATION: i32 = 0x616e_6273;
-/// Version of the tables below.
+/// Version of the tables.
 const SCHEMA: i32 = 2;
 /// How long one waits for another process that reads or writes.
 const PATIENCE: Duration = Duration::from_secs(20);
-
-const TABLES: &str = "
-CREATE TABLE sweep (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
-CREATE TABLE jobs (
-    id TEXT PRIMARY KEY,
-    position INTEGER,
-    title TEXT NOT NULL,
-    parameters TEXT NOT NULL,
-    inputs TEXT NOT NULL,
-    state TEXT NOT NULL,
-    result TEXT,
-    message TEXT,
-    seconds REAL,
-    attempts INTEGER NOT NULL,
-    checksum TEXT NOT NULL
-) WITHOUT ROWID;
-CREATE INDEX jobs_in_order ON jobs (position);
-";
 
 /// A part of a sweep: the jobs whose index in the table leaves the remainder `index` when divided by `count`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,149 +73,6 @@ impl fmt::Display for Shard {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}/{}", self.index, self.count)
     }
-}
-
-/// What has become of a job.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum State {
-    /// Not begun.
-    Pending,
-    /// Under way, or interrupted.
-    Started,
-    /// Finished with a result.
-    Done,
-    /// Finished with a message.
-    Failed,
-}
-
-impl State {
-    fn name(self) -> &'static str {
-        match self {
-            State::Pending => "pending",
-            State::Started => "started",
-            State::Done => "done",
-            State::Failed => "failed",
-        }
-    }
-
-    fn of(name: &str) -> Self {
-        [State::Started, State::Done, State::Failed].into_iter().find(|s| s.name() == name).unwrap_or(State::Pending)
-    }
-}
-
-/// A job as the store knows it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Record {
-    /// Index in the table, from 0.
-    pub position: usize,
-    /// The job's id.
-    pub id: String,
-    /// The job's title.
-    pub title: String,
-    /// Its parameters, a JSON object.
-    pub parameters: Json,
-    /// What its parameters name, by content.
-    pub inputs: Inputs,
-    /// What has become of it.
-    pub state: State,
-    /// The result of a finished job.
-    pub result: Option<Json>,
-    /// Why it failed.
-    pub message: Option<String>,
-    /// How long it took (s).
-    pub seconds: Option<f64>,
-    /// How often it was begun.
-    pub attempts: u32,
-    /// Whether its record is not what was written: then it has no result, and is to be done again.
-    pub damaged: bool,
-}
-
-impl Record {
-    fn new(position: usize, job: &Job, inputs: Inputs) -> Self {
-        Record {
-            position,
-            id: job.id.clone(),
-            title: job.title.clone(),
-            parameters: job.json(),
-            inputs,
-            state: State::Pending,
-            result: None,
-            message: None,
-            seconds: None,
-            attempts: 0,
-            damaged: false,
-        }
-    }
-
-    fn is_finished(&self) -> bool {
-        matches!(self.state, State::Done | State::Failed)
-    }
-
-    /// Takes what became of another record of the same job.
-    fn take_outcome(&mut self, other: Record) {
-        let Record { state, result, message, seconds, attempts, .. } = other;
-        (self.state, self.result, self.message) = (state, result, message);
-        (self.seconds, self.attempts) = (seconds, attempts);
-    }
-
-    /// Checksum of all that a finished job is known by.
-    fn checksum(&self) -> String {
-        let texts = [
-            self.id.clone(),
-            self.title.clone(),
-            self.parameters.to_string(),
-            self.inputs.text(),
-            self.state.name().into(),
-            self.result.as_ref().map(ToString::to_string).unwrap_or_default(),
-            self.message.clone().unwrap_or_default(),
-        ];
-        checksum(texts.iter().map(String::as_bytes))
-    }
-
-    /// From a row of the columns of [`COLUMNS`]. Whatever a damaged file has in it, no result comes out of it that was not
-    /// put in.
-    fn of_row(row: &Row) -> rusqlite::Result<Self> {
-        let text = |at: usize| -> rusqlite::Result<Option<String>> {
-            Ok(match row.get_ref(at)? {
-                ValueRef::Text(bytes) | ValueRef::Blob(bytes) => Some(String::from_utf8_lossy(bytes).into_owned()),
-                _ => None,
-            })
-        };
-        let words = |at: usize| -> rusqlite::Result<String> { Ok(text(at)?.unwrap_or_default()) };
-        let json = |text: String| serde_json::from_str::<Json>(&text).unwrap_or(Json::Null);
-        let mut record = Record {
-            position: row.get::<_, i64>(0).unwrap_or(0).max(0) as usize,
-            id: words(1)?,
-            title: words(2)?,
-            parameters: json(words(3)?),
-            inputs: Inputs::of_text(&words(4)?),
-            state: State::of(&words(5)?),
-            result: text(6)?.map(json),
-            message: text(7)?,
-            seconds: row.get(8).unwrap_or(None),
-            attempts: row.get(9).unwrap_or(0),
-            damaged: false,
-        };
-        if words(10)? != record.checksum() {
-            record.damaged = true;
-            (record.state, record.result, record.message) = (State::Pending, None, None);
-        }
-        Ok(record)
-    }
-}
-
-/// The columns of a record.
-const COLUMNS: &str = "position, id, title, parameters, inputs, state, result, message, seconds, attempts, checksum";
-
-/// How many jobs are in which state.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
-    /// All jobs of the table (or shard).
-    pub all: usize,
-    /// Those with a result.
-    pub done: usize,
-    /// Those that failed.
-    pub failed: usize,
 }
 
 /// The store of a sweep.
@@ -632,25 +471,6 @@ impl Store {
         });
         Ok(FlatTable { header: names, rows: rows.collect() })
     }
-}
-
-/// Writes a record in the place of the job's record, if it has one.
-fn write(connection: &Connection, record: &Record) -> rusqlite::Result<()> {
-    let sql = format!("INSERT OR REPLACE INTO jobs ({COLUMNS}) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11)");
-    let values = params![
-        record.position as i64,
-        record.id,
-        record.title,
-        record.parameters.to_string(),
-        record.inputs.text(),
-        record.state.name(),
-        record.result.as_ref().map(ToString::to_string),
-        record.message,
-        record.seconds,
-        record.attempts,
-        record.checksum(),
-    ];
-    connection.prepare_cached(&sql)?.execute(values).map(drop)
 }
 
 /// The columns of a result that is an object; another value is `result`.
