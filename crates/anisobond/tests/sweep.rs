@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
+use anisobond::io::Inputs;
 use anisobond::io::sweep::{
     Job, JobLog, Options, ParameterTable, Shard, SlurmScript, State, Store, Summary, Value, merge, run_sweep,
     slurm_script, sweep_chart,
@@ -460,6 +461,113 @@ fn foreign_and_damaged_stores_are_refused_and_left_alone() {
     }
 }
 
+/// Whatever is changed in the record of a finished job, its result is not trusted, not blank, and computed again.
+#[test]
+fn damaged_records_are_computed_again() {
+    let place = Place::new();
+    let store = open(&place, None);
+    run(&place, &store, false);
+    let expected = store.csv().unwrap();
+    drop(store);
+    let whole = std::fs::read(place.store()).unwrap();
+    for (column, value) in [
+        ("result", "NULL"),
+        ("result", "''"),
+        ("result", "'{\"square\":7.0}'"),
+        ("result", "x'0000000000000000'"),
+        ("result", "substr(result, 1, length(result) - 1)"),
+        ("state", "'failed'"),
+        ("state", "'d\u{6f}nf'"),
+        ("inputs", "'[[\"x\",\"y\"]]'"),
+        ("checksum", "''"),
+        ("message", "x'ff'"),
+    ] {
+        std::fs::write(place.store(), &whole).unwrap();
+        let sql = format!("UPDATE jobs SET {column} = {value} WHERE position = 5");
+        rusqlite::Connection::open(place.store()).unwrap().execute_batch(&sql).unwrap();
+        let read = Store::read(place.store()).unwrap();
+        let record = &read.records().unwrap()[5];
+        assert!(record.damaged && record.state == State::Pending && record.result.is_none(), "{column} {value}");
+        assert_eq!(read.counts().unwrap().done, 11);
+        drop(read);
+        let store = open(&place, None);
+        assert_eq!(store.notes(), ["1 job is done again: their records in the store are damaged"]);
+        assert_eq!(run(&place, &store, false).counts.done, 12);
+        assert_eq!(store.csv().unwrap(), expected, "{column} {value}");
+    }
+}
+
+/// A job is known by what its files hold, and what changed is named.
+#[test]
+fn jobs_of_changed_inputs_are_computed_anew() {
+    let place = Place::new();
+    let open = |content: &str| {
+        let inputs = |job: &Job| match job.get("a").and_then(Value::number) {
+            Some(a) if a > 2.0 => Inputs::default().and("spheres.txt", content.as_bytes()),
+            _ => Inputs::default(),
+        };
+        Store::open_with(place.store(), &table(), None, &json!({ "rotations": "free" }), inputs).unwrap()
+    };
+    let first = open("one");
+    run(&place, &first, false);
+    drop(first);
+    let same = open("one");
+    assert!(same.notes().is_empty() && same.counts().unwrap().done == 12);
+    drop(same);
+    let changed = open("two");
+    assert_eq!(changed.notes(), ["spheres.txt has changed: 6 jobs are done anew"]);
+    assert_eq!(changed.counts().unwrap().done, 6);
+    assert_eq!(run(&place, &changed, false).counts.done, 12);
+    drop(changed);
+    assert!(open("two").notes().is_empty());
+}
+
+#[test]
+fn hostile_spreadsheets_are_refused_at_once() {
+    use std::io::Write;
+    let folder = tempfile::tempdir().unwrap();
+    let archive = |name: &str, files: &[(&str, &str)]| {
+        let path = folder.path().join(name);
+        let mut zip = zip::ZipWriter::new(std::fs::File::create(&path).unwrap());
+        for (name, text) in files {
+            zip.start_file(*name, zip::write::SimpleFileOptions::default()).unwrap();
+            zip.write_all(text.as_bytes()).unwrap();
+        }
+        zip.finish().unwrap();
+        ParameterTable::read(path)
+    };
+    refused(
+        archive("count.xlsx", &[("xl/sharedStrings.xml", "<sst uniqueCount=\"4000000000\"/>")]),
+        &["claims more texts"],
+    );
+    let ods = |rows: &str| {
+        format!(
+            "<o:document-content xmlns:o='urn:o' xmlns:t='urn:t'><o:spreadsheet><t:table>{rows}</t:table></o:spreadsheet>\
+             </o:document-content>"
+        )
+    };
+    let row = ods("<t:table-row t:number-rows-repeated='1000000'><t:table-cell o:value-type='string' \
+         t:number-columns-repeated='1000'><p>x</p></t:table-cell></t:table-row>");
+    refused(archive("cells.ods", &[("content.xml", &row)]), &["1000000 × 1000 cells"]);
+    // A compound file, .xls, whose directory's sectors lead in a circle; and tables of sectors that do.
+    let compound = |words: &[(usize, u32)]| {
+        let mut bytes = vec![0xff_u8; 512 * 4];
+        bytes[..8].copy_from_slice(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1");
+        bytes[26..34].copy_from_slice(&[3, 0, 0xfe, 0xff, 9, 0, 6, 0]);
+        for (at, word) in
+            [(44, 1), (48, 1), (60, u32::MAX - 1), (64, 0), (68, u32::MAX - 1), (72, 0), (76, 0)].iter().chain(words)
+        {
+            bytes[*at..at + 4].copy_from_slice(&word.to_le_bytes());
+        }
+        let path = folder.path().join("loop.xls");
+        std::fs::write(&path, bytes).unwrap();
+        ParameterTable::read(path)
+    };
+    refused(compound(&[(512 + 4, 2), (512 + 8, 1)]), &["lead in a circle"]);
+    refused(compound(&[(512 + 4, 1)]), &["lead in a circle"]);
+    refused(compound(&[(68, 2), (512 * 3 + 508, 2)]), &["lead in a circle"]);
+}
+
 #[test]
 fn a_store_in_use_is_refused_and_still_readable() {
     let place = Place::new();
@@ -467,7 +575,7 @@ fn a_store_in_use_is_refused_and_still_readable() {
     run(&place, &store, false);
     let message =
         Store::open(place.store(), &table(), None, &json!({ "rotations": "free" })).map(drop).unwrap_err().to_string();
-    assert!(message.contains("another process is running this sweep"), "{message}");
+    assert!(message.contains("another process is running this sweep: process"), "{message}");
     assert_eq!(Store::read(place.store()).unwrap().counts().unwrap().done, 12);
     drop(store);
     open(&place, None);

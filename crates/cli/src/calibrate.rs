@@ -35,7 +35,7 @@ pub fn run(args: &args::Calibrate) -> Result<Ending> {
     let done = Calibrated::new(args, material)?;
     let report = &done.report;
     if let Some(folder) = &args.output {
-        folder::write(folder, &done.files(views)?)?;
+        folder::write(folder, &done.files(views)?, args.force)?;
         report::beside(args.report, folder)?;
     }
     if args.json {

@@ -40,7 +40,7 @@ pub fn checked(case: &CaseFile) -> Result<(serde_json::Value, String)> {
 }
 
 fn json(value: &impl Serialize) -> Result<serde_json::Value> {
-    serde_json::to_value(value).map_err(|e| Error::file("write", "JSON", e.into()))
+    anisobond::io::json_value(value)
 }
 
 fn describe_packing(plan: &PackingPlan, description: &str) -> String {

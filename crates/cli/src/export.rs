@@ -20,7 +20,7 @@ pub fn run(args: &args::Export) -> Result<Ending> {
     let nodes = args.nodes.as_deref().map(|n| grid_test::nodes("--nodes", n)).transpose()?;
     let export = export(&BondedCell::read(&args.folder, nodes)?, engine)?;
     let output = args.output.clone().unwrap_or_else(|| args.folder.join(name));
-    export.write(&output)?;
+    export.write(&output, args.force)?;
     let names: Vec<&str> = export.files.iter().map(|f| f.0.as_str()).collect();
     eprintln!("wrote {} in {}", names.join(", "), output.display());
     if let Some(warning) = export.warning {

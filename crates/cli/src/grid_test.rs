@@ -40,7 +40,7 @@ pub fn run(args: &args::ElementTest, rotations: Rotations) -> Result<Ending> {
             ("bonds.csv", io::network_bonds_csv(&study.network, &material.name).into_bytes()),
         ];
         files.extend(directional(&material, &format!("{i} × {j} × {k} nodes, {}", model_name(model)), &tensors)?);
-        folder::write(folder, &files)?;
+        folder::write(folder, &files, args.force)?;
         report::beside(args.report, folder)?;
     }
     if args.json {

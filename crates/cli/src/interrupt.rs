@@ -1,11 +1,11 @@
-//! Ctrl-C during long work.
+//! Ctrl-C, and a request to terminate, during long work.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock};
 
 static STOP: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 
-/// A flag that Ctrl-C sets; a second Ctrl-C ends the program at once. Where no handler can be set Ctrl-C simply ends the
+/// A flag that Ctrl-C (or SIGTERM) sets; a second one ends the program at once, whatever it is doing. Where no handler can be set Ctrl-C simply ends the
 /// program, and what was finished is kept all the same.
 pub fn flag() -> &'static Arc<AtomicBool> {
     let _ = ctrlc::set_handler(|| {

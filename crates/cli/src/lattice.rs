@@ -21,7 +21,7 @@ pub fn run(args: &args::Lattice) -> Result<Ending> {
     let (material, study) = study(&args.packing, &args.material, &args.bonds, Rotations::Free)?;
     let report = LatticeReport::new(&material, &study)?;
     if let Some(folder) = &args.output {
-        folder::write(folder, &io::lattice_files(&material, &study, &report)?)?;
+        folder::write(folder, &io::lattice_files(&material, &study, &report)?, args.force)?;
         report::beside(args.report, folder)?;
     }
     if args.json {
@@ -57,7 +57,7 @@ pub fn test(args: &args::ElementTest) -> Result<Ending> {
         let bonds = io::lattice_bonds_csv(&study.lattice, &study.stiffness, &material.name);
         let packing = io::packing_text(&study.lattice.packing, io::PackingFormat::Csv);
         files.extend([("bonds.csv", bonds.into_bytes()), ("packing.csv", packing.into_bytes())]);
-        folder::write(folder, &files)?;
+        folder::write(folder, &files, args.force)?;
         report::beside(args.report, folder)?;
     }
     if args.json {

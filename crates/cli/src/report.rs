@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use anisobond::Result;
-use anisobond::io::{report_page, write_atomically};
+use anisobond::io::{FolderLock, report_page, write_atomically};
 
 use crate::text::in_shell;
 use crate::{Ending, args};
@@ -25,8 +25,17 @@ pub fn typed(words: &[OsString]) {
 
 /// The page of a folder that was just written, `report.html` in it, where it is asked for.
 pub fn beside(asked: bool, folder: &Path) -> Result<()> {
-    if asked { write(folder, &folder.join("report.html"), &command()) } else { Ok(()) }
+    let _lock = asked.then(|| FolderLock::alone(folder)).transpose()?;
+    locked(asked, folder)
 }
+
+/// [`beside`], where the folder is locked already.
+pub fn locked(asked: bool, folder: &Path) -> Result<()> {
+    if asked { write(folder, &folder.join(PAGE), &command()) } else { Ok(()) }
+}
+
+/// Name of a folder's page.
+const PAGE: &str = "report.html";
 
 fn write(folder: &Path, path: &Path, command: &str) -> Result<()> {
     write_atomically(path, report_page(folder, command)?)?;
@@ -35,6 +44,9 @@ fn write(folder: &Path, path: &Path, command: &str) -> Result<()> {
 }
 
 pub fn run(args: &args::Report) -> Result<Ending> {
-    let path = args.output.clone().unwrap_or_else(|| args.folder.join("report.html"));
+    // A page elsewhere may be of a run that goes on; and a folder that is not there is not made.
+    let beside = args.output.is_none() && args.folder.is_dir();
+    let _lock = beside.then(|| FolderLock::alone(&args.folder)).transpose()?;
+    let path = args.output.clone().unwrap_or_else(|| args.folder.join(PAGE));
     write(&args.folder, &path, "").map(|()| Ending::Done)
 }

@@ -2,16 +2,15 @@
 
 use anisobond::Result;
 use anisobond::io::CaseFile;
-use anisobond::io::run::{PackingSummary, RunOptions, RunProgress, RunSummary, case_identity, run_case};
+use anisobond::io::run::{PackingSummary, RunOptions, RunProgress, RunSummary, run_case};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::{Ending, args, interrupt, report, text};
 
 pub fn run(args: &args::Run) -> Result<Ending> {
     let case = CaseFile::read(&args.case.case, &args.case.set)?;
-    let identity = case_identity(&args.case.case, &args.case.set)?;
     let folder = args.output.clone().unwrap_or_else(|| case.name().into());
-    let options = RunOptions { folder: &folder, resume: args.resume, case: &identity, stop: interrupt::flag() };
+    let options = RunOptions { folder: &folder, resume: args.resume, force: args.force, stop: interrupt::flag() };
     let bar = ProgressBar::new(0);
     let style = ProgressStyle::with_template("{bar:30} {pos}/{len} steps, {msg}, {eta} left");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
@@ -23,7 +22,8 @@ pub fn run(args: &args::Run) -> Result<Ending> {
     }
     report::beside(args.report, &folder)?;
     if args.json {
-        text::print_json(&summary)?;
+        // What is not finite is among the warnings.
+        text::print_json(&serde_json::json!(summary))?;
     } else {
         text::print(&describe(&summary, &folder.display().to_string()))?;
     }

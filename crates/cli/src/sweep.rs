@@ -2,6 +2,7 @@
 
 use anisobond::io::element_sweep::{ElementSweep, store_in, sweep_into, write_sweep};
 use anisobond::io::sweep::{ParameterTable, Shard, SlurmScript, Store, merge, slurm_script};
+use anisobond::io::{FolderLock, remove_results};
 use anisobond::{Error, Result};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
@@ -15,6 +16,7 @@ pub fn run(args: &args::Sweep) -> Result<Ending> {
     let table = ParameterTable::read(&args.table)?;
     if let Some(count) = args.merge {
         let shards: Vec<_> = (0..count).map(|index| store_in(&args.output, Some(Shard { index, count }))).collect();
+        let _lock = FolderLock::alone(&args.output)?;
         let store = merge(store_in(&args.output, None), &shards)?;
         return finish(args, &store, &[], false);
     }
@@ -24,6 +26,11 @@ pub fn run(args: &args::Sweep) -> Result<Ending> {
     let progress = ProgressBar::new(table.jobs().len() as u64);
     if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} jobs, {eta} left  {msg}") {
         progress.set_style(style);
+    }
+    // Shards share the folder; a whole sweep has it alone.
+    let _lock = if shard.is_some() { FolderLock::shared(&args.output) } else { FolderLock::alone(&args.output) }?;
+    if args.force {
+        remove_results(&args.output)?;
     }
     let (store, summary) = sweep_into(&args.output, &table, &sweep, shard, args.retry, stop, |p| {
         progress.set_length(p.counts.all as u64);
@@ -39,10 +46,11 @@ pub fn run(args: &args::Sweep) -> Result<Ending> {
 
 /// Results as CSV and charts, and what failed.
 fn finish(args: &args::Sweep, store: &Store, failed: &[(String, String)], of_shard: bool) -> Result<Ending> {
+    store.notes().iter().for_each(|note| eprintln!("note: {note}"));
     let counts = store.counts()?;
     let wrote = write_sweep(&args.output, store, of_shard)?;
     eprintln!("wrote {} in {}", wrote.join(", "), args.output.display());
-    report::beside(args.report, &args.output)?;
+    report::locked(args.report, &args.output)?;
     if args.json {
         let records = store.records()?;
         let jobs: Vec<_> = records

@@ -1,7 +1,7 @@
 //! `anisobond calibrate TABLE`: progress, interruption, and the table's results.
 
 use anisobond::calibration::ModelCalibrator;
-use anisobond::io::{Journal, TableResults, calibrate_table, read_table};
+use anisobond::io::{FolderLock, TableResults, calibrate_table, read_table, table_journal};
 use anisobond::{Error, Result};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
@@ -10,13 +10,8 @@ use crate::{Ending, args, interrupt, report, text};
 
 pub fn run(args: &args::Calibrate, calibrator: &ModelCalibrator) -> Result<Ending> {
     let table = read_table(&args.material, args.table.unit.as_deref())?;
-    let mut journal = match &args.output {
-        None => None,
-        Some(folder) => {
-            std::fs::create_dir_all(folder).map_err(|e| Error::file("create", folder, e))?;
-            Some(Journal::open(folder.join("journal.jsonl"))?)
-        }
-    };
+    let _lock = args.output.as_ref().map(FolderLock::alone).transpose()?;
+    let mut journal = args.output.as_ref().map(|folder| table_journal(folder, args.force)).transpose()?;
     let stop = interrupt::flag();
     let progress = ProgressBar::new(table.rows.len() as u64);
     if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} rows, {per_sec}, {eta} left") {
@@ -25,6 +20,7 @@ pub fn run(args: &args::Calibrate, calibrator: &ModelCalibrator) -> Result<Endin
     let results =
         calibrate_table(&table, calibrator, journal.as_mut(), stop, |done| progress.set_position(done as u64))?;
     progress.finish_and_clear();
+    results.notes().iter().for_each(|note| eprintln!("note: {note}"));
     let all = table.rows.len();
     if results.finished() < all {
         let rest = match &args.output {
@@ -69,7 +65,7 @@ fn finish(args: &args::Calibrate, results: &TableResults) -> Result<Ending> {
     if let Some(folder) = &args.output {
         results.write_csv(folder.join("calibrations.csv"))?;
         eprintln!("wrote calibrations.csv in {}", folder.display());
-        report::beside(args.report, folder)?;
+        report::locked(args.report, folder)?;
     }
     if args.jsonl {
         text::print(&results.json_lines())?;

@@ -1,6 +1,6 @@
 //! `anisobond tensor`.
 
-use anisobond::io::{TensorReport, find_material, parse_density};
+use anisobond::io::{TensorReport, find_material, json_value, parse_density};
 use anisobond::tensor::{DirectionalModuli, Extremes, Material, SymmetryClass};
 use anisobond::{Error, Result};
 use serde_json::json;
@@ -18,7 +18,7 @@ pub fn run(args: &args::Tensor) -> Result<Ending> {
     let directions = directions(args, &material)?;
     let report = TensorReport::new(&material, args.tolerance)?;
     if args.json {
-        let mut document = serde_json::to_value(&report).map_err(|e| Error::file("write", "JSON", e.into()))?;
+        let mut document = json_value(&report)?;
         document["directions"] = directions;
         text::print_json(&document)?;
     } else {

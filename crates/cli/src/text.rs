@@ -15,12 +15,9 @@ pub fn print(text: &str) -> Result<()> {
     }
 }
 
-/// Print one JSON document.
+/// Print one JSON document; a number that is not finite is an error.
 pub fn print_json(value: &impl Serialize) -> Result<()> {
-    let mut text =
-        serde_json::to_string_pretty(value).map_err(|e| Error::file("write", "standard output", e.into()))?;
-    text.push('\n');
-    print(&text)
+    print(&anisobond::io::json_text(value)?)
 }
 
 /// Three numbers "x,y,z" of a flag.

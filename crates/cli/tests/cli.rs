@@ -189,6 +189,59 @@ fn a_table_goes_on_where_it_was_stopped() {
     assert_eq!(std::fs::read(&journal).unwrap().len(), before);
 }
 
+/// What changed is named, and computed anew; so is what is damaged.
+#[test]
+fn a_table_is_known_by_content() {
+    let dir = folder();
+    let table = table_rows(&dir);
+    let out = dir.path().join("out");
+    let run = |more: &[&str]| {
+        let output = anisobond(&[&["calibrate", &table, "-o", out.to_str().unwrap(), "--horizon"], more].concat());
+        assert!(output.status.success());
+        String::from_utf8(output.stderr).unwrap()
+    };
+    assert!(!run(&["3"]).contains("note:"));
+    assert!(!run(&["3"]).contains("note:"));
+    let csv = std::fs::read_to_string(out.join("calibrations.csv")).unwrap();
+    let message = run(&["4"]);
+    assert!(message.contains("the horizon has changed since the journal was written: 12 rows"), "{message}");
+    let text = std::fs::read_to_string(&table).unwrap();
+    std::fs::write(&table, text.replacen("200,", "201,", 1)).unwrap();
+    let message = run(&["4"]);
+    assert!(message.contains("the table has changed since the journal was written: 1 rows"), "{message}");
+    std::fs::write(&table, text).unwrap();
+    let journal = out.join("journal.jsonl");
+    let mut bytes = std::fs::read(&journal).unwrap();
+    let digit = 200 + bytes[200..].windows(2).position(|w| w[0] == b'.' && w[1] != b'0').unwrap() + 1;
+    bytes[digit] ^= 1;
+    std::fs::write(&journal, bytes).unwrap();
+    let message = run(&["3"]);
+    assert!(message.contains("1 lines of the journal are damaged"), "{message}");
+    assert_eq!(std::fs::read_to_string(out.join("calibrations.csv")).unwrap(), csv);
+}
+
+/// Names that spreadsheets would run stand in CSV files as text.
+#[test]
+fn names_are_no_formulas() {
+    let dir = folder();
+    let table = write(
+        &dir,
+        "t.csv",
+        &std::fs::read_to_string(table_rows(&dir)).unwrap().replace("x-1,A1B", "=1+1,\"@A1B,=2\""),
+    );
+    let out = dir.path().join("out");
+    stdout(&["calibrate", &table, "--horizon", "3", "-o", out.to_str().unwrap(), "--report"]);
+    let csv = std::fs::read_to_string(out.join("calibrations.csv")).unwrap();
+    assert!(csv.contains("\n'=1+1,3,\"'@A1B,=2\","), "{csv}");
+    // Our own page reads the names as they are.
+    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains("=1+1") && !page.contains("'=1+1"));
+    let one = dir.path().join("one");
+    stdout(&["calibrate", &table, "--row", "=1+1", "--horizon", "3", "-o", one.to_str().unwrap()]);
+    let bonds = std::fs::read_to_string(one.join("bonds.csv")).unwrap();
+    assert!(bonds.contains("@A1B =2") && !bonds.contains(",="));
+}
+
 #[cfg(unix)]
 #[test]
 fn interrupted_it_keeps_what_is_finished() {

@@ -434,3 +434,33 @@ fn mechanisms_and_stale_results_are_seen() {
     stdout(&["export", &path("bonds"), "--to", "lammps"]);
     assert!(!measured.exists() && other.exists());
 }
+
+/// Bonds that are not those of the report are not exported, whoever changed what.
+#[test]
+fn bonds_of_another_calibration_are_refused() {
+    let dir = folder();
+    let at = |name: &str| dir.path().join(name);
+    for (name, horizon) in [("three", "3"), ("four", "4")] {
+        stdout(&["calibrate", "KIO3", "--horizon", horizon, "-o", at(name).to_str().unwrap()]);
+    }
+    let folder = at("three");
+    let bonds = text(&folder.join("bonds.csv"));
+    let last = bonds.trim_end().rsplit_once('\n').unwrap().0.to_string() + "\n";
+    let longer = format!("{bonds}40,0,0,0.1,0,0,0.1,1,1,1\n");
+    for other in [text(&at("four").join("bonds.csv")), last, longer, bonds.replacen("1,0,0", "2,0,0", 1)] {
+        std::fs::write(folder.join("bonds.csv"), other).unwrap();
+        let message = common::refused(&["export", folder.to_str().unwrap(), "--to", "lammps"], 2);
+        assert!(message.contains("bonds.csv is not the one that was written with its report"), "{message}");
+    }
+    std::fs::write(folder.join("bonds.csv"), bonds).unwrap();
+    stdout(&["export", folder.to_str().unwrap(), "--to", "lammps"]);
+    // Again, and then another calibration's into the same folder.
+    stdout(&["export", folder.to_str().unwrap(), "--to", "lammps"]);
+    let to = folder.join("lammps");
+    let other =
+        ["export", at("four").to_str().unwrap(), "--to", "lammps", "-o", to.to_str().unwrap()].map(String::from);
+    let mut other: Vec<&str> = other.iter().map(String::as_str).collect();
+    assert!(common::refused(&other, 2).contains("an export, another one"));
+    other.push("--force");
+    stdout(&other);
+}

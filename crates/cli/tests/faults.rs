@@ -236,3 +236,70 @@ fn full(text: &str) {
     assert!(output.status.success() && !message(&output).contains("damaged"), "{}", message(&output));
     assert!(results(&out) == results(&undisturbed));
 }
+
+/// Numbers beyond what can be computed, or held, are refused at once by the key that has them.
+#[test]
+fn numbers_beyond_all_bounds_are_refused_at_once() {
+    let dir = folder();
+    let case = write(&dir, "torn.toml", &torn("5 us"));
+    for (set, part) in [
+        ("grid.spacing=1e300 m", "too large for a length"),
+        ("grid.spacing=1e-300 m", "too small for a length"),
+        ("grid.spacing=1e-300 nm", "too small for a length"),
+        ("grid.spacing=1e-9 m", "nodes"),
+        ("grid.spacing=0.05 um", "nodes"),
+        ("body.box.size=1e18, 1e18, 1e18 m", "nodes"),
+        ("body.box.size=1e30, 1, 1 m", "too large for a length"),
+        ("motion.duration=1e29 s", "time steps"),
+        ("motion.duration=1e300 s", "too large for a time"),
+        ("motion.step=1e-29 s", "time steps"),
+        ("density=1e31 kg/m3", "too large for a density"),
+        ("output.frames=1e15", "frames are too many"),
+        ("output.frames=1e300", "not a whole number"),
+        ("grid.horizon=1e18", "use at most 20"),
+        ("fracture={energy='1e300 J/m2'}", "too large for an energy per area"),
+        ("condition.0.velocity=['1e31 m/s',0,0]", "too large for a velocity"),
+    ] {
+        let began = Instant::now();
+        for command in ["check", "run"] {
+            let message = refused(&[command, &case, "--set", set], 2);
+            assert!(message.contains(part), "{set}: {message}");
+        }
+        assert!(began.elapsed() < Duration::from_secs(20), "{set}");
+    }
+    for args in [
+        &["calibrate", "Si", "--spacing", "1e300 m"][..],
+        &["calibrate", "Si", "--horizon", "1e300"],
+        &["calibrate", "Si", "--spacing", "1e-300"],
+        &["element-test", "Si", "--grid", "1000000000,1000000000,1000000000"],
+        &["pack", "--number", "18446744073709551615"],
+        &["pack", "--crystal", "fcc", "--cells", "4294967296,4294967296,4294967296"],
+        &["pack", "--cell", "1e300,1e300,1e300", "--radius", "1 mm"],
+    ] {
+        refused(args, 2);
+    }
+}
+
+/// A second signal ends a program that does not come to hear the first.
+#[cfg(unix)]
+#[test]
+fn a_second_signal_ends_a_run_at_once() {
+    let dir = folder();
+    // A body so large that its preparation takes long; it is begun when the folder is locked.
+    let text = torn("5 us").replace("'20, 6, 4 mm'", "'300, 200, 200 mm'");
+    let case = write(&dir, "large.toml", &text);
+    let out = dir.path().join("out");
+    let mut child = start(&case, &out, false);
+    while !out.join(".anisobond.lock").exists() {
+        assert!(child.try_wait().unwrap().is_none(), "it has ended before it began");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    for name in ["-TERM", "-INT"] {
+        assert!(child.try_wait().unwrap().is_none(), "it has ended before it was told to");
+        signal(&child, name);
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    let began = Instant::now();
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(began.elapsed() < Duration::from_secs(2));
+}

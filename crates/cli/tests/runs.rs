@@ -100,3 +100,95 @@ fn check_names_the_step_and_the_time() {
     assert_eq!(number("steps"), (5e-6 / number("step_s")).round());
     assert!(number("expected_seconds") > 0.0 && number("nodes") == 480.0);
 }
+
+/// A run is known by what its case and its files hold: another place is the same, another content is not, and is named.
+#[cfg(unix)]
+#[test]
+fn a_run_goes_on_with_the_same_contents_only() {
+    let dir = folder();
+    let material =
+        |young: &str| format!("class = 'isotropic'\nunit = 'GPa'\nengineering = {{ e = {young}, nu = 0.2 }}\n");
+    let stone = write(&dir, "stone.toml", &material("20"));
+    let text =
+        torn("400 us").replace("'Pyroceram'", "'stone.toml'").replace("checkpoint = '20 ms'", "checkpoint = '1 us'");
+    let case = write(&dir, "torn.toml", &text);
+    let out = dir.path().join("out");
+    let mut child = start(&case, &out, false);
+    while !checkpoint_exists(&out) {
+        assert!(child.try_wait().unwrap().is_none(), "no checkpoint");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    // While it runs nobody else writes the folder, and who does is named.
+    let message = refused(&["run", &case, "-o", out.to_str().unwrap()], 2);
+    assert!(message.contains(&format!("is being written by process {}", child.id())), "{message}");
+    let message = refused(&["calibrate", "KIO3", "-o", out.to_str().unwrap()], 2);
+    assert!(message.contains("is being written by"), "{message}");
+    signal(&child, "-KILL");
+    child.wait().unwrap();
+    std::fs::write(out.join(".anisobond-killed"), "half").unwrap();
+    let resumed =
+        |more: &[&str]| refused(&[&["run", &case, "-o", out.to_str().unwrap(), "--resume"], more].concat(), 2);
+    std::fs::write(&stone, material("21")).unwrap();
+    let message = resumed(&[]);
+    assert!(message.contains("since changed") && message.contains("stone.toml has changed"), "{message}");
+    std::fs::write(&stone, material("20")).unwrap();
+    let message = resumed(&["--set", "grid.horizon=3"]);
+    assert!(message.contains("grid in ") && message.contains("torn.toml has changed"), "{message}");
+    // A damaged table of probes is not gone on with.
+    let probes = std::fs::read_to_string(out.join("probes.csv")).unwrap();
+    std::fs::write(out.join("probes.csv"), probes.replacen("0.0", "0.1", 1)).unwrap();
+    assert!(resumed(&[]).contains("is damaged, or was changed"));
+    std::fs::write(out.join("probes.csv"), probes).unwrap();
+    // The same in another place, with a remark; the leftover of the kill is gone afterwards.
+    let moved = dir.path().join("moved");
+    std::fs::create_dir(&moved).unwrap();
+    std::fs::copy(&stone, moved.join("stone.toml")).unwrap();
+    let case = moved.join("torn.toml");
+    std::fs::write(&case, format!("# the same\n{text}")).unwrap();
+    stdout(&["run", case.to_str().unwrap(), "-o", out.to_str().unwrap(), "--resume"]);
+    let names: Vec<String> =
+        std::fs::read_dir(&out).unwrap().map(|f| f.unwrap().file_name().into_string().unwrap()).collect();
+    assert!(!names.iter().any(|name| name.starts_with('.')), "{names:?}");
+}
+
+/// Killed before its first checkpoint, a run of the same case is begun anew; of another it is not.
+#[test]
+fn a_run_without_a_checkpoint_is_begun_anew() {
+    let dir = folder();
+    let case = write(&dir, "torn.toml", &torn("5 us"));
+    let out = dir.path().join("out");
+    let out_text = out.to_str().unwrap();
+    let first = json(&["run", &case, "-o", out_text, "--json"]);
+    std::fs::remove_file(out.join("summary.json")).unwrap();
+    let message = refused(&["run", &case, "-o", out_text, "--resume", "--set", "grid.horizon=3"], 2);
+    assert!(message.contains("ended before its first checkpoint"), "{message}");
+    assert!(refused(&["run", &case, "-o", out_text], 2).contains("--force"));
+    let mut again = json(&["run", &case, "-o", out_text, "--resume", "--json"]);
+    again["seconds"] = first["seconds"].clone();
+    assert_eq!(again, first);
+    // Replaced whole: what the new run does not write is gone, other files are not.
+    std::fs::write(out.join("mine.txt"), "kept").unwrap();
+    json(&["run", &case, "-o", out_text, "--force", "--set", "output.frames=0", "--json"]);
+    assert!(out.join("mine.txt").exists() && !out.join("frame-00000.vti").exists());
+}
+
+/// A folder holds one result: another is refused, or replaces it whole.
+#[test]
+fn folders_hold_one_result() {
+    let dir = folder();
+    let out = dir.path().join("out");
+    let out_text = out.to_str().unwrap();
+    let calibrate = ["calibrate", "KIO3", "--horizon", "3", "-o", out_text];
+    stdout(&calibrate);
+    stdout(&calibrate);
+    let message = refused(&["calibrate", "KIO3", "--horizon", "4", "-o", out_text], 2);
+    assert!(message.contains("a calibration, another one") && message.contains("--force"), "{message}");
+    let case = write(&dir, "torn.toml", &torn("5 us"));
+    for other in [&["run", &case, "-o", out_text][..], &["calibrate", &common::table_rows(&dir), "-o", out_text]] {
+        let message = refused(other, 2);
+        assert!(message.contains("holds results of a calibration (calibration.json)"), "{message}");
+    }
+    json(&["run", &case, "-o", out_text, "--force", "--json"]);
+    assert!(!out.join("calibration.json").exists() && !out.join("bonds.csv").exists());
+    assert!(refused(&calibrate, 2).contains("holds results of a run"));
+}

@@ -291,3 +291,45 @@ fn ports_are_free_or_refused_and_the_studio_ends() {
         assert!(first.child.wait().unwrap().success(), "Ctrl-C is how it ends");
     }
 }
+
+/// The browser is given a file that its owner alone can read, once; the studio answers while the browser starts.
+#[cfg(target_os = "linux")]
+#[test]
+fn the_secret_is_on_no_command_line() {
+    use std::os::unix::fs::PermissionsExt;
+    let dir = folder();
+    let (starter, words) = (dir.path().join("xdg-open"), dir.path().join("words"));
+    // A browser that takes long to start.
+    std::fs::write(
+        &starter,
+        format!("#!/bin/sh\necho \"$@\" > {}.new\nmv {0}.new {0}\nexec sleep 30\n", words.display()),
+    )
+    .unwrap();
+    std::fs::set_permissions(&starter, std::fs::Permissions::from_mode(0o755)).unwrap();
+    let path = format!("{}:{}", dir.path().display(), std::env::var("PATH").unwrap());
+    let mut child = Command::new(env!("CARGO_BIN_EXE_anisobond"))
+        .args(["studio", "--open"])
+        .env("PATH", path)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut line = String::new();
+    BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+    let (port, token) = line.trim().strip_prefix("http://127.0.0.1:").unwrap().split_once('/').unwrap();
+    let studio = Studio { child, port: port.parse().unwrap(), token: token.trim_end_matches('/').into() };
+    while !words.exists() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let given = std::fs::read_to_string(&words).unwrap();
+    assert!(!given.contains(&studio.token), "{given}");
+    let page = std::path::Path::new(given.trim());
+    assert_eq!(std::fs::metadata(page).unwrap().permissions().mode() & 0o777, 0o600);
+    assert!(std::fs::read_to_string(page).unwrap().contains(line.trim()));
+    // As a browser comes from a file; another page's script does not get in this way.
+    let (target, from) = (format!("/{}/", studio.token), "Sec-Fetch-Site: cross-site\r\nSec-Fetch-Mode: ");
+    assert_eq!(studio.status("GET", &target, &format!("{from}cors\r\nSec-Fetch-Dest: empty\r\n"), b""), 403);
+    assert!(page.exists());
+    assert_eq!(studio.status("GET", &target, &format!("{from}navigate\r\nSec-Fetch-Dest: document\r\n"), b""), 200);
+    assert!(!page.exists(), "once");
+}

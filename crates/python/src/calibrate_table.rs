@@ -1,7 +1,7 @@
 //! `calibrate_table`.
 
 use anisobond::calibration::ModelCalibrator;
-use anisobond::io::{self, Journal, write_atomically, write_files};
+use anisobond::io::{self, write_atomically};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -15,12 +15,13 @@ use crate::work::{Beat, OrRaise, watched};
 /// row for each, `error` saying why one failed. Its columns have the types of what they hold, whatever it looks like: texts,
 /// truths (None where a row failed), counts, numbers.
 ///
-/// With a folder `output` finished rows are kept, and the same call goes on where it was stopped. `unit` is that of a table
+/// With a folder `output` finished rows are kept, and the same call goes on where it was stopped; rows whose inputs changed are
+/// computed anew, with a warning. Other results there are refused, or replaced with `force`. `unit` is that of a table
 /// that names none. `prove` asks for a proof of every row's stability over the whole Brillouin zone; without it a row whose bonds'
 /// signs are not proof enough says `sampled`. `progress` is True, a callable (done, total, message), or tqdm. Other keywords as `calibrate`.
 #[pyfunction]
 #[pyo3(signature = (table, neighbourhood=None, *, model="central", form=None, promise=None, lower_bound=None, unit=None,
-                    output=None, progress=None, prove=False, **keywords))]
+                    output=None, force=false, progress=None, prove=false, **keywords))]
 #[allow(clippy::too_many_arguments)] // They are keywords.
 pub fn calibrate_table<'py>(
     py: Python<'py>,
@@ -32,6 +33,7 @@ pub fn calibrate_table<'py>(
     lower_bound: Option<&Bound<'py, PyAny>>,
     unit: Option<&str>,
     output: Option<&Bound<'py, PyAny>>,
+    force: bool,
     progress: Option<&Bound<'py, PyAny>>,
     prove: bool,
     keywords: Option<&Bound<'py, PyDict>>,
@@ -44,13 +46,8 @@ pub fn calibrate_table<'py>(
     let found = watched(py, progress, "rows", |stop, tell| {
         let calibrator = ModelCalibrator::new(&grid, settings)?;
         let calibrator = if prove { calibrator } else { calibrator.without_proof() };
-        let mut journal = match &output {
-            None => None,
-            Some(folder) => {
-                write_files(folder, &[] as &[(&str, Vec<u8>)])?;
-                Some(Journal::open(folder.join("journal.jsonl"))?)
-            }
-        };
+        let _lock = output.as_ref().map(io::FolderLock::alone).transpose()?;
+        let mut journal = output.as_ref().map(|folder| io::table_journal(folder, force)).transpose()?;
         let all = rows.rows.len();
         let each = |done: usize| tell(Beat { steps: [done as u64, all as u64], message: String::new() });
         let results = io::calibrate_table(&rows, &calibrator, journal.as_mut(), stop, each)?;
@@ -66,7 +63,12 @@ pub fn calibrate_table<'py>(
         if let Some(folder) = &output {
             write_atomically(folder.join("calibrations.csv"), made.csv()?)?;
         }
-        Ok(made)
+        Ok((made, results.notes().to_vec()))
     })?;
+    let (found, notes) = found;
+    let warnings = py.import("warnings")?;
+    for note in notes {
+        warnings.call_method1("warn", (note,))?;
+    }
     table_of(py, &format!("calibrations of {}", path.display()), &found)
 }

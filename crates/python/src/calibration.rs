@@ -194,13 +194,15 @@ impl Calibration {
         Ok((again, (self.target(), self.neighbourhood.clone_ref(py))))
     }
 
-    /// Write report, bonds, VTK file and pictures into a folder, as `anisobond calibrate -o`; the paths written.
-    fn write(slf: &Bound<'_, Self>, folder: &Bound<'_, PyAny>) -> PyResult<Vec<PathBuf>> {
+    /// Write report, bonds, VTK file and pictures into a folder, as `anisobond calibrate -o`; the paths written. Other results
+    /// there are refused, or replaced with `force`.
+    #[pyo3(signature = (folder, *, force=false))]
+    fn write(slf: &Bound<'_, Self>, folder: &Bound<'_, PyAny>, force: bool) -> PyResult<Vec<PathBuf>> {
         let (folder, py) = (convert::path(folder)?, slf.py());
         let (found, grid) = (slf.get().found.clone(), slf.get().neighbourhood.get().grid.clone());
         background(py, move || {
             let files = calibration_files(&found.material, &grid, &found.result, &found.report, None)?;
-            write_files(&folder, &files)?;
+            write_files(&folder, &files, force)?;
             Ok(files.iter().map(|f| folder.join(f.0)).collect())
         })
     }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anisobond::Error;
-use anisobond::io::run::{RunOptions, RunProgress, RunSummary, case_identity, identity_of_text, run_case};
+use anisobond::io::run::{RunOptions, RunProgress, RunSummary, run_case};
 use anisobond::io::{CaseFile, starter_case};
 use anisobond_cli::describe;
 use pyo3::prelude::*;
@@ -22,7 +22,6 @@ use crate::work::{Beat, OrRaise, raised, warned, watched, wrong};
 #[pyclass(frozen, module = "anisobond")]
 pub struct Case {
     file: CaseFile,
-    identity: String,
     /// The path or the text, and what was set in it: what the case is made of.
     given: String,
     set: Vec<(String, String)>,
@@ -49,13 +48,11 @@ impl Case {
             && text.contains('\n')
         {
             let file = CaseFile::parse(&text, "case.toml", &sets).or_raise()?;
-            let identity = identity_of_text(text.as_bytes(), &sets);
-            return Ok(Case { file, identity, given: text, set });
+            return Ok(Case { file, given: text, set });
         }
         let path = convert::path(case)?;
         let file = CaseFile::read(&path, &sets).or_raise()?;
-        let identity = case_identity(&path, &sets).or_raise()?;
-        Ok(Case { file, identity, given: path.to_string_lossy().into_owned(), set })
+        Ok(Case { file, given: path.to_string_lossy().into_owned(), set })
     }
 }
 
@@ -186,16 +183,18 @@ fn beat(p: &RunProgress) -> Beat {
 
 /// Run a case into a folder, as `anisobond run`: a `Case`, the path of a case file, or its text.
 ///
-/// `output` is the folder [the case's name]. Ctrl-C keeps a checkpoint and raises `Interrupted`; with `resume` the same call
+/// `output` is the folder [the case's name]; results in it are refused, or replaced with `force`. Ctrl-C keeps a checkpoint and raises `Interrupted`; with `resume` the same call
 /// goes on, to the same bits. `progress` is True, a callable (done, total, message), or tqdm. Warnings are Python warnings.
 #[pyfunction]
-#[pyo3(signature = (case, output=None, *, set=None, resume=false, progress=None))]
+#[pyo3(signature = (case, output=None, *, set=None, resume=false, force=false, progress=None))]
+#[allow(clippy::too_many_arguments)] // They are keywords.
 pub fn run<'py>(
     py: Python<'py>,
     case: &Bound<'py, PyAny>,
     output: Option<&Bound<'py, PyAny>>,
     set: Option<&Bound<'py, PyDict>>,
     resume: bool,
+    force: bool,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, Run>> {
     let made;
@@ -211,11 +210,12 @@ pub fn run<'py>(
     };
     let folder = output.map_or_else(|| Ok(case.file.name().into()), convert::path)?;
     let summary = watched(py, progress, "steps", |stop, tell| {
-        let options = RunOptions { folder: &folder, resume, case: &case.identity, stop };
+        let options = RunOptions { folder: &folder, resume, force, stop };
         run_case(&case.file, &options, |p| tell(beat(p)))
     })?;
     warned(py, &summary.warnings)?;
-    made_run(py, &summary, &summary, folder)
+    // What is not finite is among the warnings.
+    made_run(py, &summary, &serde_json::json!(summary), folder)
 }
 
 /// A run of its summary; its numbers are given apart, as the summary's file has them.

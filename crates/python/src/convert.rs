@@ -39,7 +39,7 @@ pub fn json<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> 
 
 /// A serialisable result as a JSON value.
 pub fn value_of(report: &impl serde::Serialize) -> PyResult<Value> {
-    serde_json::to_value(report).map_err(|e| wrong(format!("a result cannot be written as JSON: {e}"), ""))
+    anisobond::io::json_value(report).map_err(crate::work::raised)
 }
 
 /// Anything that NumPy reads as an array of finite numbers; an array of doubles is not copied.

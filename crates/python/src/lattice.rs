@@ -168,12 +168,14 @@ impl Lattice {
         self.table(py)?.call_method0("to_arrow")
     }
 
-    /// Write report, bonds, packing, VTK file and pictures into a folder, as `anisobond lattice -o`; the paths written.
-    fn write(&self, py: Python<'_>, folder: &Bound<'_, PyAny>) -> PyResult<Vec<PathBuf>> {
+    /// Write report, bonds, packing, VTK file and pictures into a folder, as `anisobond lattice -o`; the paths written. Other
+    /// results there are refused, or replaced with `force`.
+    #[pyo3(signature = (folder, *, force=false))]
+    fn write(&self, py: Python<'_>, folder: &Bound<'_, PyAny>, force: bool) -> PyResult<Vec<PathBuf>> {
         let (folder, made) = (convert::path(folder)?, self.made.clone());
         background(py, move || {
             let files = lattice_files(&made.0, &made.1, &made.2)?;
-            write_files(&folder, &files)?;
+            write_files(&folder, &files, force)?;
             Ok(files.iter().map(|f| folder.join(f.0)).collect())
         })
     }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anisobond::io::FlatTable;
 use anisobond::io::element_sweep::{ElementSweep, sweep_into, write_sweep};
 use anisobond::io::sweep::ParameterTable;
+use anisobond::io::{FolderLock, remove_results};
 use pyo3::prelude::*;
 use serde_json::json;
 
@@ -53,12 +54,13 @@ impl Sweep {
 /// `table` is the path of a table (TOML, CSV, XLS, XLSX), or the text of a TOML table. Interrupted, the same call goes on
 /// where it was; `retry` tries failed jobs again. `progress` is True, a callable (done, total, message), or tqdm.
 #[pyfunction]
-#[pyo3(signature = (table, output, *, retry=false, progress=None))]
+#[pyo3(signature = (table, output, *, retry=false, force=false, progress=None))]
 pub fn sweep<'py>(
     py: Python<'py>,
     table: &Bound<'py, PyAny>,
     output: &Bound<'py, PyAny>,
     retry: bool,
+    force: bool,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, Sweep>> {
     let folder = convert::path(output)?;
@@ -68,6 +70,10 @@ pub fn sweep<'py>(
     };
     let jobs = ElementSweep::new(&table).or_raise()?;
     let (store, summary, files) = watched(py, progress, "jobs", |stop, tell| {
+        let _lock = FolderLock::alone(&folder)?;
+        if force {
+            remove_results(&folder)?;
+        }
         let (store, summary) = sweep_into(&folder, &table, &jobs, None, retry, stop, |p| {
             let message = p.last.map_or_else(String::new, |(title, _)| title);
             tell(Beat { steps: [(p.counts.done + p.counts.failed) as u64, p.counts.all as u64], message });
@@ -76,6 +82,10 @@ pub fn sweep<'py>(
         let files = write_sweep(&folder, &store, false)?;
         Ok((store, summary, files))
     })?;
+    let warnings = py.import("warnings")?;
+    for note in store.notes() {
+        warnings.call_method1("warn", (note,))?;
+    }
     let counts = store.counts().or_raise()?;
     let records = store.records().or_raise()?;
     let jobs: Vec<_> = records

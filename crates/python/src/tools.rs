@@ -67,9 +67,9 @@ pub fn fields(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
 /// `folder` is one that `Calibration.write` or `Lattice.write` wrote; `to` is lammps, abaqus, calculix, yade, woo, peridigm,
 /// perilab, matrix-market or numpy; `nodes` are those of a grid's periodic block along each axis. Peridigm and PeriLab have one
 /// micromodulus for all bonds: `within` is how far its tensor may be from the calibrated one, as a share. `output` is the
-/// folder [FOLDER/ENGINE].
+/// folder [FOLDER/ENGINE]; other results there are refused, or replaced with `force`.
 #[pyfunction]
-#[pyo3(signature = (folder, *, to, nodes=None, within=1e-6, output=None))]
+#[pyo3(signature = (folder, *, to, nodes=None, within=1e-6, output=None, force=false))]
 pub fn export(
     py: Python<'_>,
     folder: &Bound<'_, PyAny>,
@@ -77,6 +77,7 @@ pub fn export(
     nodes: Option<&Bound<'_, PyAny>>,
     within: f64,
     output: Option<&Bound<'_, PyAny>>,
+    force: bool,
 ) -> PyResult<Vec<PathBuf>> {
     let engines = [
         ("lammps", Engine::Lammps),
@@ -95,7 +96,7 @@ pub fn export(
     let output = output.map_or_else(|| Ok(folder.join(to)), convert::path)?;
     let (files, warning) = background(py, move || {
         let export = io::export(&BondedCell::read(&folder, nodes)?, engine)?;
-        export.write(&output)?;
+        export.write(&output, force)?;
         Ok((export.files.iter().map(|f| output.join(&f.0)).collect(), export.warning))
     })?;
     if let Some(warning) = warning {
@@ -110,8 +111,11 @@ pub fn export(
 #[pyo3(signature = (folder, output=None))]
 pub fn report(py: Python<'_>, folder: &Bound<'_, PyAny>, output: Option<&Bound<'_, PyAny>>) -> PyResult<PathBuf> {
     let folder = convert::path(folder)?;
+    // A page elsewhere may be of a run that goes on.
+    let beside = output.is_none() && folder.is_dir();
     let output = output.map_or_else(|| Ok(folder.join("report.html")), convert::path)?;
     background(py, move || {
+        let _lock = beside.then(|| io::FolderLock::alone(&folder)).transpose()?;
         write_atomically(&output, report_page(&folder, "")?)?;
         Ok(output)
     })

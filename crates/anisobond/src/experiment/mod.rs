@@ -9,6 +9,7 @@ pub mod element_test;
 mod field;
 mod grid_study;
 mod lattice_study;
+mod memory;
 mod outcome;
 mod packing_simulation;
 pub mod particles;
@@ -26,6 +27,7 @@ pub use corrected::{
 pub use field::{FieldAbout, FieldName, Quantity, Shown};
 pub use grid_study::GridStudy;
 pub use lattice_study::{CorrectionChoice, LatticePlan, LatticeStudy, anisotropy_axis, turned_to_axis};
+pub use memory::{machine_memory, refuse_beyond_memory};
 pub use outcome::{Break, Collapse, Outcome, StepLook, WithinStep};
 pub use packing_simulation::{
     CellDrive, CellState, Leavers, PackingEvidence, PackingProblem, PackingSimulation, Peak, ServoPlan,

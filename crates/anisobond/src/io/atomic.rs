@@ -6,6 +6,9 @@ use std::path::{Path, PathBuf};
 
 use crate::{Error, Result};
 
+/// How the names of temporary files begin. Who writes one holds a lock on it, so that what a killed program left is known.
+pub(super) const TEMPORARY: &str = ".anisobond-";
+
 /// Writes a whole file: under a temporary name in the same folder, flushed to the disk, then renamed.
 ///
 /// On failure nothing is left behind and an old file of that name is untouched. A new file has the mode of any newly
@@ -31,6 +34,8 @@ fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
 fn replace(target: &Path, bytes: &[u8], mode: Option<fs::Permissions>) -> io::Result<()> {
     let folder = folder_of(target);
     let mut file = builder().tempfile_in(&folder)?;
+    // Where a file system knows no locks, leftovers stay.
+    let _ = file.as_file().try_lock();
     file.write_all(bytes)?;
     if let Some(mode) = mode {
         if mode.readonly() {
@@ -54,7 +59,7 @@ fn folder_of(path: &Path) -> PathBuf {
 /// Temporary files with the mode of an ordinary new file: 0666 less the user's mask.
 fn builder() -> tempfile::Builder<'static, 'static> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".anisobond-");
+    builder.prefix(TEMPORARY);
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;

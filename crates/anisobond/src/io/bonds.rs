@@ -1,11 +1,12 @@
 //! `bonds.csv`: the calibrated bonds of a neighbourhood as a table, out and in.
 
 use std::fmt::Write;
-use std::fs;
 use std::path::Path;
 
 use nalgebra::Vector3;
 
+use super::csv_text::in_comment;
+use super::tree::read_text;
 use super::write_atomically;
 use crate::calibration::ModelCalibration;
 use crate::lattice::{Bond, Neighbourhood};
@@ -175,7 +176,7 @@ pub fn bonds_csv(neighbourhood: &Neighbourhood, moduli: &BondModuli, material: &
 
 /// What the reader of the file needs to know before the first number.
 fn comments(neighbourhood: &Neighbourhood, moduli: &BondModuli, material: &str) -> Vec<String> {
-    let material = material.replace(char::is_control, " ");
+    let material = in_comment(material);
     let spacing = neighbourhood.spacing();
     let mut lines = vec![
         format!("Bonds of the neighbourhood of one grid node, calibrated by anisobond {}.", env!("CARGO_PKG_VERSION")),
@@ -234,7 +235,7 @@ pub fn write_bonds(
 /// A file that cannot be read; a missing column or a wrong entry, with the file's name and the line.
 pub fn read_bonds(path: impl AsRef<Path>) -> Result<BondTable> {
     let path = path.as_ref();
-    let text = fs::read_to_string(path).map_err(|source| Error::file("read", path, source))?;
+    let text = read_text(path)?;
     parse_bonds(&text).map_err(|error| error.at(path.display()))
 }
 
@@ -431,6 +432,6 @@ mod tests {
             Err(Error::File { .. })
         ));
         assert!(matches!(read_bonds(&path), Err(Error::File { action: "read", .. })));
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 }

@@ -8,8 +8,11 @@ use serde::Serialize;
 use serde_json::Value;
 use serde_json::value::{RawValue, to_raw_value};
 
+use super::claim::{refuse_other_kind, remove_results};
 use super::flat::{FlatTable, columns};
+use super::inputs::{Inputs, checksum};
 use super::journal::Journal;
+use super::json::refuse_non_finite;
 use super::model_report::ModelReport;
 use super::report::NeighbourhoodReport;
 use super::table::{Row, Table};
@@ -38,11 +41,26 @@ enum RowReport<'a> {
 /// The results of a table, one JSON object per finished row.
 pub struct TableResults {
     rows: Vec<Option<Box<RawValue>>>,
+    notes: Vec<String>,
+}
+
+/// The journal of a table's calibrations in a folder, whose lock the caller holds. With `force` all results there are removed
+/// first.
+///
+/// # Errors
+/// A folder with other results; a journal that cannot be read or written.
+pub fn table_journal(folder: &Path, force: bool) -> Result<Journal> {
+    if force {
+        remove_results(folder)?;
+    }
+    refuse_other_kind(folder, "the calibrations of a table")?;
+    Journal::open(folder.join("journal.jsonl"))
 }
 
 /// Calibrate every row of a table in parallel. Rows found in the journal are not computed again; every other is added to
-/// it as it is finished. `each` is called with the number of finished rows. When `stop` turns true the rows under way
-/// are finished and the rest is left out.
+/// it as it is finished. A row is known by its content and the settings; one that has changed is computed anew, and
+/// [`TableResults::notes`] says what changed. `each` is called with the number of finished rows. When `stop` turns true the
+/// rows under way are finished and the rest is left out.
 ///
 /// # Errors
 /// A journal that cannot be written. A row that is wrong is no error: its result says what is.
@@ -53,11 +71,22 @@ pub fn calibrate_table(
     stop: &AtomicBool,
     each: impl Fn(usize) + Sync + Send,
 ) -> Result<TableResults> {
-    let model = calibrator.settings();
-    let (version, proof) = (env!("CARGO_PKG_VERSION"), calibrator.proof());
-    let settings = format!("{version} {model:?} {proof:?} {:?}", neighbourhood_settings(calibrator));
+    let inputs = settings(calibrator);
     let neighbourhood = NeighbourhoodReport::new(calibrator);
-    let keys: Vec<String> = table.rows.iter().map(|row| key(&settings, row)).collect();
+    let keys: Vec<String> = table.rows.iter().map(|row| key(&inputs, row)).collect();
+    let mut notes = Vec::new();
+    if let Some(journal) = &mut journal {
+        let rows = checksum(keys.iter().map(String::as_bytes));
+        let changed = journal.computed_from(&inputs.and("the table", rows.as_bytes()))?;
+        let known = keys.iter().filter(|key| journal.get(key).is_some()).count();
+        let anew = keys.len() - known;
+        notes
+            .extend(changed.map(|what| format!("{what} since the journal was written: {anew} rows are computed anew")));
+        if journal.damaged() > 0 {
+            notes
+                .push(format!("{} lines of the journal are damaged: their rows are computed again", journal.damaged()));
+        }
+    }
     let mut rows: Vec<Option<Box<RawValue>>> =
         keys.iter().map(|key| journal.as_ref()?.get(key).map(ToOwned::to_owned)).collect();
     let pending: Vec<usize> = (0..rows.len()).filter(|&i| rows[i].is_none()).collect();
@@ -66,9 +95,9 @@ pub fn calibrate_table(
     batch::run(
         &pending,
         stop,
-        |i| to_raw_value(&calibrate_row(&table.rows[i], calibrator, &neighbourhood)),
+        |i| raw_row(&table.rows[i], calibrator, &neighbourhood),
         |i, result| {
-            let result = result.map_err(|e| Error::file("write", "a row as JSON", e.into()))?;
+            let result = result?;
             if let Some(journal) = &mut journal {
                 journal.add(keys[i].clone(), &result)?;
             }
@@ -78,13 +107,32 @@ pub fn calibrate_table(
             Ok(())
         },
     )?;
-    Ok(TableResults { rows })
+    Ok(TableResults { rows, notes })
 }
 
-/// Everything of a neighbourhood that a result depends on; the bonds follow from it.
-fn neighbourhood_settings<'a>(calibrator: &'a ModelCalibrator) -> impl std::fmt::Debug + use<'a> {
+/// Everything that a result depends on besides its row; the bonds follow from it.
+fn settings(calibrator: &ModelCalibrator) -> Inputs {
     let n = calibrator.neighbourhood();
-    (n.shape(), n.horizon(), n.spacing(), n.influence(), n.orientation())
+    let settings = [
+        ("the model", format!("{:?}", calibrator.settings())),
+        ("the proof of stability", format!("{:?}", calibrator.proof())),
+        ("the shape", format!("{:?}", n.shape())),
+        ("the horizon", format!("{:?}", n.horizon())),
+        ("the spacing", format!("{:?}", n.spacing())),
+        ("the influence function", format!("{:?}", n.influence())),
+        ("the rotation", format!("{:?}", n.orientation())),
+    ];
+    settings
+        .into_iter()
+        .fold(Inputs::of_program(), |all, (name, value)| all.and(name, format!("{name} {value}").as_bytes()))
+}
+
+/// A row's report as JSON; a report that JSON cannot hold is a failure of its row.
+fn raw_row(row: &Row, calibrator: &ModelCalibrator, neighbourhood: &NeighbourhoodReport) -> Result<Box<RawValue>> {
+    let report = calibrate_row(row, calibrator, neighbourhood);
+    let failed = |e: Error| RowReport::Failed { id: &row.id, line: row.line, material: &row.id, error: e.to_string() };
+    let report = refuse_non_finite(&report).map_or_else(failed, |()| report);
+    to_raw_value(&report).map_err(|e| Error::file("write", "a row as JSON", e.into()))
 }
 
 fn calibrate_row<'a>(row: &'a Row, calibrator: &ModelCalibrator, neighbourhood: &NeighbourhoodReport) -> RowReport<'a> {
@@ -103,21 +151,25 @@ fn calibrate_row<'a>(row: &'a Row, calibrator: &ModelCalibrator, neighbourhood: 
     }
 }
 
-/// What a row's result depends on, as 16 hexadecimal digits (FNV-1a, 64 bits).
-fn key(settings: &str, row: &Row) -> String {
+/// What a row's result depends on, as one checksum.
+fn key(settings: &Inputs, row: &Row) -> String {
     let content = match &row.material {
-        Ok(m) => format!("{} {} {:?}", m.name, m.source, m.stiffness),
+        Ok(m) => format!("{m:?}"),
         Err(error) => error.to_string(),
     };
-    let text = format!("{settings}\n{}\n{}\n{content}", row.id, row.line);
-    let hash = text.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
-    format!("{hash:016x}")
+    let line = row.line.to_string();
+    checksum([settings.digest().as_bytes(), row.id.as_bytes(), line.as_bytes(), content.as_bytes()])
 }
 
 impl TableResults {
     /// Results in the table's order; `None` for rows that were not reached.
     pub fn rows(&self) -> impl Iterator<Item = Option<&RawValue>> {
         self.rows.iter().map(|r| r.as_deref())
+    }
+
+    /// What a user should know of the journal: inputs that changed, lines that were damaged.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// Number of finished rows.

@@ -8,10 +8,11 @@ use std::sync::atomic::AtomicBool;
 use nalgebra::{Matrix6, Vector3};
 use serde_json::Value as Json;
 
+use super::inputs::{Inputs, recorded};
 use super::lattice_report::ElementTestReport;
 use super::picture::{Chart, StiffnessRow, stiffness_chart};
 use super::sweep::{Job, JobLog, Options, ParameterTable, Progress, Shard, Store, Summary, Value, run_sweep};
-use super::{find_material, parse_angle, parse_stress, parse_vector, read_packing};
+use super::{find_material, json_value, parse_angle, parse_stress, parse_vector, read_packing, refuse_other_kind};
 use crate::calibration::{Model, TransverseConstants, axis_of_strike_and_dip};
 use crate::experiment::element_test::{DynamicTest, ElementTest, Rotations};
 use crate::experiment::{CorrectionChoice, LatticePlan, LatticeStudy, anisotropy_axis, turned_to_axis};
@@ -35,6 +36,8 @@ pub const PARAMETERS: [&str; 15] = [
 pub struct ElementSweep {
     packings: HashMap<String, Packing>,
     materials: HashMap<String, Material>,
+    /// What each name of a packing or a material was read from.
+    read: HashMap<String, Inputs>,
 }
 
 impl ElementSweep {
@@ -45,19 +48,23 @@ impl ElementSweep {
     pub fn new(table: &ParameterTable) -> Result<Self> {
         table.check_names(&PARAMETERS)?;
         let folder = Path::new(table.file()).parent().unwrap_or(Path::new("")).to_path_buf();
-        let mut sweep = ElementSweep { packings: HashMap::new(), materials: HashMap::new() };
+        let mut sweep = ElementSweep { packings: HashMap::new(), materials: HashMap::new(), read: HashMap::new() };
         for job in table.jobs() {
             let placed = |e: Error| e.at(format!("{}, {}", table.file(), job.place));
             let packing = required_text(job, "packing").map_err(placed)?;
             if !sweep.packings.contains_key(packing) {
-                sweep.packings.insert(packing.into(), read_packing(from(&folder, packing)).map_err(placed)?);
+                let (found, read) = recorded(|| read_packing(from(&folder, packing)));
+                sweep.packings.insert(packing.into(), found.map_err(placed)?);
+                sweep.read.insert(packing.into(), read);
             }
             if let Some(name) = job.get("material").and_then(Value::text)
                 && !sweep.materials.contains_key(name)
             {
                 let path = from(&folder, name);
                 let found = if path.exists() { path.display().to_string() } else { name.to_string() };
-                sweep.materials.insert(name.into(), find_material(&found, None, None).map_err(placed)?);
+                let (material, read) = recorded(|| find_material(&found, None, None));
+                sweep.materials.insert(name.into(), material.map_err(placed)?);
+                sweep.read.insert(name.into(), read);
             }
             // Everything else of the job, before the first one is begun.
             sweep.material(job).map_err(placed)?;
@@ -93,7 +100,13 @@ impl ElementSweep {
             }
         };
         log.line(format_args!("{} iterations, residual {:.1e}", report.solver.iterations, report.solver.residual));
-        serde_json::to_value(&report).map_err(|e| Error::file("write", "a result as JSON", e.into()))
+        json_value(&report)
+    }
+
+    /// The files that a job's parameters name, by content.
+    pub fn inputs(&self, job: &Job) -> Inputs {
+        let named = ["packing", "material"].into_iter().filter_map(|name| self.read.get(job.get(name)?.text()?));
+        named.fold(Inputs::default(), Inputs::with)
     }
 
     /// The material, turned to the job's axis.
@@ -132,10 +145,11 @@ impl ElementSweep {
 }
 
 /// Runs the jobs of a table, or of its shard, that the store in a folder (`results.sqlite`) does not have yet. When `stop`
-/// turns true the jobs under way end, too, and are not finished.
+/// turns true the jobs under way end, too, and are not finished. Jobs are known by what their packings and materials hold: one
+/// whose files have changed is done anew, and [`Store::notes`] names them.
 ///
 /// # Errors
-/// A store of another table; files that cannot be written.
+/// A store of another table, a folder of other results; files that cannot be written.
 pub fn sweep_into(
     folder: &Path,
     table: &ParameterTable,
@@ -145,8 +159,9 @@ pub fn sweep_into(
     stop: &Arc<AtomicBool>,
     observe: impl Fn(Progress) + Sync + Send,
 ) -> Result<(Store, Summary)> {
-    let store =
-        Store::open(store_in(folder, shard), table, shard, &serde_json::json!({ "experiment": "element-test" }))?;
+    refuse_other_kind(folder, "a sweep")?;
+    let settings = serde_json::json!({ "experiment": "element-test" });
+    let store = Store::open_with(store_in(folder, shard), table, shard, &settings, |job| sweep.inputs(job))?;
     let options = Options { retry, logs: folder.join("logs") };
     let job = |job: &Job, log: &mut JobLog| sweep.job(job, log, &Watch::stopped_by(stop.clone()));
     let summary = run_sweep(table, &store, &options, stop, job, observe)?;

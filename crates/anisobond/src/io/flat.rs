@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use serde_json::Value;
 
+use super::csv_text::guarded;
 use super::report::monomial_names;
 use crate::{Error, Result};
 
@@ -86,6 +87,14 @@ pub(super) fn text_of(value: &Value) -> Cow<'_, str> {
     }
 }
 
+/// A value as the cell of a CSV file that spreadsheets may open.
+fn cell_of(value: &Value) -> Cow<'_, str> {
+    match value {
+        Value::String(text) => guarded(text),
+        other => Cow::Owned(other.to_string()),
+    }
+}
+
 /// The numbers of a JSON object under dotted names; the names of monomials stand in the names of quartic coefficients.
 pub(super) fn columns(value: &Value) -> FlatRow {
     let mut out = Vec::new();
@@ -138,9 +147,9 @@ pub(super) fn csv_of(header: &[String], rows: &[FlatRow]) -> Result<String> {
     let failed = |e: std::io::Error| Error::file("write", "the table as CSV", e);
     let position: HashMap<&str, usize> = header.iter().enumerate().map(|(i, name)| (name.as_str(), i)).collect();
     let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(header).map_err(|e| failed(e.into()))?;
+    writer.write_record(header.iter().map(|name| guarded(name).into_owned())).map_err(|e| failed(e.into()))?;
     for row in rows {
-        let cells = row.iter().filter_map(|(name, value)| Some((*position.get(name.as_str())?, text_of(value))));
+        let cells = row.iter().filter_map(|(name, value)| Some((*position.get(name.as_str())?, cell_of(value))));
         let fields: BTreeMap<usize, Cow<'_, str>> = cells.collect();
         let record = (0..header.len()).map(|i| fields.get(&i).map_or("", |text| text));
         writer.write_record(record).map_err(|e| failed(e.into()))?;

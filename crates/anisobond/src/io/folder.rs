@@ -3,11 +3,13 @@
 use std::path::Path;
 
 use serde::Serialize;
+use serde_json::Value;
 
+use super::inputs::{checksum, read_bytes};
 use super::picture::{self, NeighbourhoodPicture, Scalar, View};
 use super::{
-    BondModuli, LatticeReport, ModelReport, PackingFormat, bonds_csv, lattice_bonds_csv, lattice_vtp,
-    neighbourhood_vtp, packing_text, write_atomically,
+    BondModuli, LatticeReport, ModelReport, PackingFormat, bonds_csv, json_file, json_value, lattice_bonds_csv,
+    lattice_vtp, neighbourhood_vtp, packing_text,
 };
 use crate::calibration::ModelCalibration;
 use crate::experiment::LatticeStudy;
@@ -21,23 +23,37 @@ pub type Files = Vec<(&'static str, Vec<u8>)>;
 /// Width of PNG pictures of neighbourhoods, and of lattices (pixels).
 const WIDTHS: [u32; 2] = [1800, 1600];
 
-/// Write files whose contents are ready into a folder, each whole or not at all.
-///
-/// # Errors
-/// A folder that cannot be made, a file that cannot be written.
-pub fn write_files(folder: impl AsRef<Path>, files: &[(impl AsRef<Path>, Vec<u8>)]) -> Result<()> {
-    let folder = folder.as_ref();
-    std::fs::create_dir_all(folder).map_err(|e| Error::file("create", folder, e))?;
-    files.iter().try_for_each(|(name, bytes)| write_atomically(folder.join(name), bytes))
+/// Key of a report's file under which the checksums of the files beside it stand.
+const CHECKSUMS: &str = "checksums";
+
+/// A report's file, which says which files beside it are its own.
+fn report_of(report: &impl Serialize, files: &[(&str, &[u8])]) -> Result<Vec<u8>> {
+    let mut report = json_value(report)?;
+    for (name, bytes) in files {
+        report[CHECKSUMS][name] = checksum([*bytes]).into();
+    }
+    json_file(&report)
 }
 
-/// A report as the bytes of a JSON file.
+/// Refuses a file beside a report that is not the one that was written with it.
 ///
 /// # Errors
-/// None in practice: reports are JSON.
-pub fn json_file(report: &impl Serialize) -> Result<Vec<u8>> {
-    let text = serde_json::to_string_pretty(report).map_err(|e| Error::file("write", "a report", e.into()))?;
-    Ok((text + "\n").into_bytes())
+/// A file that cannot be read, or of another checksum; a report that has none.
+pub(super) fn require_own(report: &Value, folder: &Path, name: &str) -> Result<()> {
+    let bytes = read_bytes(&folder.join(name))?;
+    match report[CHECKSUMS][name].as_str() {
+        Some(sum) if sum == checksum([bytes.as_slice()]) => Ok(()),
+        Some(_) => Err(Error::input(
+            format!(
+                "{name} is not the one that was written with its report: it was changed, or is of another calibration"
+            ),
+            "write the folder again with `anisobond calibrate -o` or `anisobond lattice -o`",
+        )),
+        None => Err(Error::input(
+            format!("the report does not say which {name} is its own"),
+            "write the folder again with this program's `anisobond calibrate -o` or `anisobond lattice -o`",
+        )),
+    }
 }
 
 /// The files of a calibration: report, bonds, VTK file and pictures, these in the views given or the usual three.
@@ -56,9 +72,10 @@ pub fn calibration_files(
     if let Some(views) = views {
         options.views = views;
     }
+    let bonds = bonds_csv(neighbourhood, &moduli, &material.name)?.into_bytes();
     let mut files: Files = vec![
-        ("calibration.json", json_file(report)?),
-        ("bonds.csv", bonds_csv(neighbourhood, &moduli, &material.name)?.into_bytes()),
+        ("calibration.json", report_of(report, &[("bonds.csv", &bonds)])?),
+        ("bonds.csv", bonds),
         ("neighbourhood.vtp", neighbourhood_vtp(neighbourhood, &moduli)?.into_bytes()),
     ];
     if moduli.tangential.is_some() {
@@ -86,10 +103,12 @@ pub fn lattice_files(material: &Material, study: &LatticeStudy, report: &Lattice
     let scene = |what| picture::lattice_scene(lattice, &stiffness.normal, scalar.clone(), &material.name, what);
     let spheres = scene(picture::LatticeView::Spheres)?;
     let bonds = scene(picture::LatticeView::Bonds)?;
+    let spheres_file = packing_text(&lattice.packing, PackingFormat::Csv).into_bytes();
+    let bonds_file = lattice_bonds_csv(lattice, stiffness, &material.name).into_bytes();
     Ok(vec![
-        ("lattice.json", json_file(report)?),
-        ("bonds.csv", lattice_bonds_csv(lattice, stiffness, &material.name).into_bytes()),
-        ("packing.csv", packing_text(&lattice.packing, PackingFormat::Csv).into_bytes()),
+        ("lattice.json", report_of(report, &[("bonds.csv", &bonds_file), ("packing.csv", &spheres_file)])?),
+        ("bonds.csv", bonds_file),
+        ("packing.csv", spheres_file),
         ("lattice.vtp", lattice_vtp(lattice, stiffness)?.into_bytes()),
         ("spheres.svg", spheres.svg().into_bytes()),
         ("spheres.png", spheres.png(WIDTHS[1])?),

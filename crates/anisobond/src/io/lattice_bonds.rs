@@ -6,13 +6,14 @@ use nalgebra::Vector3;
 
 use super::vtk::{array, exact};
 use crate::calibration::LatticeStiffness;
+use crate::io::csv_text::in_comment;
 use crate::lattice::Lattice;
 use crate::operator::Network;
 use crate::{Error, Result};
 
 /// The text of a lattice's `bonds.csv`: one line per contact. Every number reads back to the same bits.
 pub fn lattice_bonds_csv(lattice: &Lattice, stiffness: &LatticeStiffness, material: &str) -> String {
-    let material = material.replace(char::is_control, " ");
+    let material = in_comment(material);
     let mut text = format!(
         "# Bonds of a lattice on {} spheres at contact radius {}, by anisobond {}.\n\
          # Material: {material}.\n\
@@ -34,7 +35,7 @@ pub fn lattice_bonds_csv(lattice: &Lattice, stiffness: &LatticeStiffness, materi
 
 /// The text of a grid cell's `bonds.csv`: one line per bond, as [`lattice_bonds_csv`].
 pub fn network_bonds_csv(network: &Network, material: &str) -> String {
-    let material = material.replace(char::is_control, " ");
+    let material = in_comment(material);
     let mut text = format!(
         "# Bonds of a periodic cell of {} nodes, by anisobond {}.\n\
          # Material: {material}.\n\

@@ -1,6 +1,8 @@
 //! What a user writes is read here, and what a model says is written: one file per format.
 
 mod words;
+mod csv_text;
+mod inputs;
 mod tree;
 pub mod units;
 pub mod orientation;
@@ -8,6 +10,8 @@ pub mod material;
 mod record;
 pub mod table;
 mod atomic;
+mod claim;
+mod json;
 mod bonds;
 pub mod picture;
 mod vtk;
@@ -38,17 +42,21 @@ mod page;
 pub use advice_report::AdviceReport;
 pub use atomic::write_atomically;
 pub use bonds::{BondModuli, BondTable, TangentialColumns, bonds_csv, read_bonds, write_bonds};
-pub use calibrate_table::{TableResults, calibrate_table};
+pub use calibrate_table::{TableResults, calibrate_table, table_journal};
 pub use case::{
     CaseFile, CasePlan, ConditionPlan, LatticeKind, PackingPlan, RegionPlan, calibrated_case, read_case, starter_case,
 };
+pub use claim::{FolderLock, REPLACE, refuse_other_kind, remove_results, write_files};
+pub use csv_text::unguarded;
 pub use export::{BondedCell, Engine, Export, ExportFile, export};
 pub use find::{builtin_material, find_material};
 pub use flat::{Column, FlatTable};
-pub use folder::{Files, calibration_files, json_file, lattice_files, write_files};
+pub use folder::{Files, calibration_files, lattice_files};
 pub use grid_report::{CellReport, CellStability, GridTestReport};
 pub use hybrid_report::HybridReport;
+pub use inputs::Inputs;
 pub use journal::Journal;
+pub use json::{json_file, json_text, json_value};
 pub use lattice_bonds::{lattice_bonds_csv, lattice_vtp, network_bonds_csv};
 pub use lattice_report::{ElementTestReport, LatticeReport};
 pub use material::{material_text, parse_class, parse_material, read_material};

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 
+use super::inputs::read_bytes;
 use crate::lattice::solid::Mesh;
 use crate::{Error, Result};
 
@@ -18,7 +19,7 @@ const TRIANGLE: usize = 50;
 /// A file that cannot be read or is no STL; a surface that is not closed.
 pub fn read_stl(path: impl AsRef<Path>, unit: f64) -> Result<Mesh> {
     let path = path.as_ref();
-    let bytes = std::fs::read(path).map_err(|e| Error::file("read", path, e))?;
+    let bytes = read_bytes(path)?;
     parse_stl(&bytes, unit).map_err(|e| e.at(path.display()))
 }
 

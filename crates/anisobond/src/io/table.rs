@@ -10,6 +10,7 @@ use std::path::Path;
 use nalgebra::Matrix6;
 use serde_json::value::RawValue;
 
+use super::csv_text::unguarded;
 use super::material::components::{Component, component_of, name, names};
 use super::material::matrix::refuse_reordered;
 use super::material::{StressUnit, check_claim, parse_class, positive_density};
@@ -297,7 +298,7 @@ impl Columns {
 
     /// The row of a record.
     fn row(&self, record: &csv::StringRecord, number: usize, line: usize, place: &str) -> Row {
-        let text = |at: Option<usize>| at.and_then(|at| record.get(at)).filter(|text| !text.is_empty());
+        let text = |at: Option<usize>| at.and_then(|at| record.get(at)).filter(|text| !text.is_empty()).map(unguarded);
         let id = text(self.id).map_or_else(|| number.to_string(), str::to_string);
         let name = text(self.name).unwrap_or(&id).to_string();
         let material = self.material(record, name).map_err(|e| e.at(format!("{place}, line {line}")));

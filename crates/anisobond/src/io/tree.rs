@@ -7,6 +7,7 @@ use serde::de::{Deserializer, MapAccess, Visitor};
 use serde_json::value::RawValue;
 use toml::de::{DeTable, DeValue};
 
+use super::inputs::read_bytes;
 use super::words::quoted;
 use crate::{Error, Result};
 
@@ -136,7 +137,7 @@ pub(super) fn place(line: usize, key: &str) -> String {
 /// # Errors
 /// A file that cannot be read, or that is not UTF-8 (with the line).
 pub(super) fn read_text(path: &Path) -> Result<String> {
-    let bytes = std::fs::read(path).map_err(|e| Error::file("read", path, e))?;
+    let bytes = read_bytes(path)?;
     let text = String::from_utf8(bytes).map_err(|e| {
         let good = &e.as_bytes()[..e.utf8_error().valid_up_to()];
         let line = 1 + good.iter().filter(|&&b| b == b'\n').count();

@@ -159,6 +159,42 @@ impl Dimension {
         }
     }
 
+    /// Magnitudes (SI) that are computed with; beyond them powers of lengths and products of stiffnesses are no numbers any
+    /// more.
+    fn bounds(self) -> [f64; 2] {
+        match self {
+            Dimension::Length => [1e-18, 1e18],
+            Dimension::Stress => [1e-30, 1e25],
+            Dimension::Compliance => [1e-25, 1e30],
+            _ => [1e-30, 1e30],
+        }
+    }
+
+    /// A value (SI) that can be computed with; `text` is how it was written.
+    ///
+    /// # Errors
+    /// One that is not finite, too large, or too small but not zero.
+    pub(super) fn bounded(self, value: f64, text: &str) -> Result<f64> {
+        let [least, most] = self.bounds();
+        let value = finite(value, text)?;
+        let beyond = |word: &str, limit: f64| {
+            let problem = format!("{} is too {word} for {}", quoted(text.trim()), self.words());
+            Err(Error::input(
+                problem,
+                format!(
+                    "give at {} {limit:e} {}, or check the unit",
+                    if word == "large" { "most" } else { "least" },
+                    self.si()
+                ),
+            ))
+        };
+        match value.abs() {
+            x if x > most => beyond("large", most),
+            x if x > 0.0 && x < least => beyond("small", least),
+            _ => Ok(value),
+        }
+    }
+
     /// Size of a unit in SI: `Dimension::Stress.unit("GPa")` is 10⁹ Pa.
     ///
     /// Accepted: Pa kPa MPa GPa TPa N/m2 N/mm2 psi ksi Mpsi Mbar kbar bar atm dyn/cm2 eV/A3; 1/ before any of them for a
@@ -190,7 +226,12 @@ impl Dimension {
                 format!("write {} with its unit, as {}", self.words(), self.example()),
             ));
         }
-        finite(number * self.unit(unit)?, text)
+        let size = self.unit(unit)?;
+        // A number that is lost in its unit is not zero.
+        if number != 0.0 && number * size == 0.0 {
+            return self.bounded(f64::MIN_POSITIVE, text);
+        }
+        self.bounded(number * size, text)
     }
 
     /// Why `name` is no unit of this dimension.

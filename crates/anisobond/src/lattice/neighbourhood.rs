@@ -12,6 +12,9 @@ const ON_BORDER: f64 = 1e-9;
 /// More bonds than this are refused before memory is taken (horizon ratio about 240).
 const MOST_BONDS: f64 = 64e6;
 
+/// Spacings (m) whose sixth powers, as bonds have them, and the squares of these are numbers.
+const SPACINGS: std::ops::RangeInclusive<f64> = 1e-18..=1e18;
+
 /// The region around a node whose grid points are its neighbours; lengths in grid spacings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
@@ -139,6 +142,13 @@ impl Neighbourhood {
             if !(value.is_finite() && value > 0.0) {
                 return Err(Error::input(format!("{name} = {value}"), "give a positive, finite length"));
             }
+        }
+        if !SPACINGS.contains(&spacing) {
+            let (least, most) = (SPACINGS.start(), SPACINGS.end());
+            return Err(Error::input(
+                format!("a grid spacing of {spacing:e} m is beyond what can be computed with"),
+                format!("give one between {least:e} and {most:e} m, or check the unit"),
+            ));
         }
         if axes.iter().all(|&a| a * (1.0 + ON_BORDER) < 1.0) {
             return Err(Error::input(

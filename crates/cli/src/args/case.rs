@@ -32,9 +32,12 @@ pub struct Run {
     /// Also write DIR/report.html, one page of all of it (see `anisobond report`)
     #[arg(long)]
     pub report: bool,
-    /// Go on from the last checkpoint in the folder
+    /// Go on from the last checkpoint in the folder, with the same case
     #[arg(long)]
     pub resume: bool,
+    /// Replace the results in the folder, finished or not: they are removed first
+    #[arg(long, conflicts_with = "resume")]
+    pub force: bool,
     /// Print the summary as one JSON document
     #[arg(long)]
     pub json: bool,

@@ -79,6 +79,9 @@ pub struct Calibrate {
     /// Folder for the results: bonds, report, VTK file and pictures; of a table, one CSV
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
+    /// Replace other results in the folder: they are removed first
+    #[arg(long, requires = "output")]
+    pub force: bool,
     /// Also write DIR/report.html, one page of all of it (see `anisobond report`)
     #[arg(long, requires = "output")]
     pub report: bool,

@@ -130,6 +130,9 @@ pub struct Lattice {
     /// Folder for bonds (CSV), report and pictures
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
+    /// Replace other results in the folder: they are removed first
+    #[arg(long, requires = "output")]
+    pub force: bool,
     /// Also write DIR/report.html, one page of all of it (see `anisobond report`)
     #[arg(long, requires = "output")]
     pub report: bool,
@@ -181,6 +184,9 @@ pub struct ElementTest {
     /// Folder for report, pictures and bonds (CSV)
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
+    /// Replace other results in the folder: they are removed first
+    #[arg(long, requires = "output")]
+    pub force: bool,
     /// Also write DIR/report.html, one page of all of it (see `anisobond report`)
     #[arg(long, requires = "output")]
     pub report: bool,
@@ -249,6 +255,9 @@ pub struct Sweep {
     /// Try failed jobs again
     #[arg(long)]
     pub retry: bool,
+    /// Replace the results in the folder, of this sweep or others: they are removed first
+    #[arg(long, conflicts_with_all = ["shard", "merge", "slurm"])]
+    pub force: bool,
     /// Run every n-th job from the i-th only (i from 0), into a store of its own
     #[arg(long, value_name = "I/N")]
     pub shard: Option<String>,

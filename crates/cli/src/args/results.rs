@@ -29,6 +29,9 @@ pub struct Export {
     /// Folder for the files [default: DIR/ENGINE]
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
+    /// Replace other results in the folder: they are removed first
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// Write one self-contained HTML page of a folder of results: tables, evidence, pictures to turn

@@ -8,12 +8,13 @@ mod question;
 mod worker;
 
 use std::collections::VecDeque;
+use std::io::Write;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use anisobond::io::studio_page;
+use anisobond::io::{REPLACE, studio_page};
 use anisobond::tensor::{Material, SymmetryClass};
 use anisobond::{Error, Result};
 use serde::Deserialize;
@@ -42,16 +43,35 @@ pub fn run(args: &args::Studio) -> Result<Ending> {
     let studio = Studio::new(address.port(), args.output.clone())?;
     // Ctrl-C, or a request to terminate: the connection wakes the loop, which sees the flag.
     let _ = ctrlc::set_handler(move || {
-        STOP.store(true, Ordering::Relaxed);
-        let _ = TcpStream::connect(address);
+        if STOP.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+        // On a thread of its own, so that a second one is heard whatever becomes of this.
+        std::thread::spawn(move || TcpStream::connect(address));
     });
     let url = format!("http://127.0.0.1:{}/{}/", address.port(), studio.token);
     text::print(&format!("{url}\n"))?;
     eprintln!("open it in a browser on this computer; Ctrl-C ends the studio");
-    if args.open && !opened(&url) {
-        eprintln!("no browser could be started: open the address above by hand");
+    let opening = args.open.then(|| Opening::new(&url)).transpose()?.map(Arc::new);
+    // The browser is started beside the server, which answers it meanwhile.
+    if let Some(opening) = opening.clone() {
+        std::thread::spawn(move || {
+            if !opening.start() {
+                eprintln!("no browser could be started: open the address above by hand");
+            }
+        });
     }
-    http::serve(&listener, &STOP, move |request| studio.respond(request));
+    let asked = opening.clone();
+    http::serve(&listener, &STOP, move |request| {
+        let response = studio.respond(request);
+        if let (200, Some(opening)) = (response.status, &asked) {
+            opening.done();
+        }
+        response
+    });
+    if let Some(opening) = opening {
+        opening.done();
+    }
     eprintln!("ended");
     Ok(Ending::Done)
 }
@@ -64,8 +84,37 @@ fn listen(port: Option<u16>) -> Result<TcpListener> {
     })
 }
 
+/// A file that leads a browser to the address, once. Everybody on the computer sees the words with which a program is started,
+/// so the secret is not among them: the browser is given the file, which its owner alone can read.
+struct Opening(Mutex<Option<tempfile::NamedTempFile>>, PathBuf);
+
+impl Opening {
+    fn new(url: &str) -> Result<Self> {
+        let failed = |e| Error::file("write", "a page for the browser", e);
+        // For its owner alone, as all of these files are.
+        let mut file = tempfile::Builder::new().prefix("anisobond-").suffix(".html").tempfile().map_err(failed)?;
+        let page = format!(
+            "<!doctype html><meta charset=\"utf-8\"><meta name=\"referrer\" content=\"no-referrer\">\
+             <meta http-equiv=\"refresh\" content=\"0; url={url}\"><a href=\"{url}\">anisobond studio</a>\n"
+        );
+        file.write_all(page.as_bytes()).and_then(|()| file.flush()).map_err(failed)?;
+        let path = file.path().to_path_buf();
+        Ok(Opening(Mutex::new(Some(file)), path))
+    }
+
+    /// Whether a browser was started with it; returns when its starter has ended.
+    fn start(&self) -> bool {
+        opened(&self.1)
+    }
+
+    /// The file is not needed any more.
+    fn done(&self) {
+        drop(self.0.lock().unwrap_or_else(PoisonError::into_inner).take());
+    }
+}
+
 /// Whether a browser was started.
-fn opened(url: &str) -> bool {
+fn opened(page: &Path) -> bool {
     let (program, first): (_, &[&str]) = match std::env::consts::OS {
         "macos" => ("open", &[]),
         "windows" => ("rundll32", &["url.dll,FileProtocolHandler"]),
@@ -73,7 +122,7 @@ fn opened(url: &str) -> bool {
     };
     let quiet = std::process::Stdio::null;
     let mut command = std::process::Command::new(program);
-    command.args(first).arg(url).stdin(quiet()).stdout(quiet()).stderr(quiet());
+    command.args(first).arg(page).stdin(quiet()).stdout(quiet()).stderr(quiet());
     command.status().is_ok_and(|status| status.success())
 }
 
@@ -99,6 +148,9 @@ struct Kept {
 #[serde(deny_unknown_fields)]
 struct Save {
     id: u64,
+    /// Whether another calibration in the folder is replaced.
+    #[serde(default)]
+    replace: bool,
 }
 
 impl Studio {
@@ -136,7 +188,7 @@ impl Studio {
                 Response::new("text/html; charset=utf-8", self.page.as_str()).with("Content-Security-Policy", POLICY)
             }
             ("POST", "/calibrate") => body(request, |question| self.calibrate(question)),
-            ("POST", "/save") => body(request, |save: Save| self.save(save.id)),
+            ("POST", "/save") => body(request, |save: Save| self.save(&save)),
             ("GET", path) => match path.strip_prefix("/file/").and_then(|rest| rest.split_once('/')) {
                 Some((id, name)) => self.file(id, name),
                 None => Response::refusal(404, "nothing is here"),
@@ -151,7 +203,13 @@ impl Studio {
         let host = request.header("host").is_some_and(|h| names.iter().any(|n| n == h));
         let own = |o: &str| names.iter().any(|n| o == format!("http://{n}"));
         let same = |s: &str| matches!(s, "same-origin" | "none");
-        if host && request.header("origin").is_none_or(own) && request.header("sec-fetch-site").is_none_or(same) {
+        // The file that led the browser here is of no origin; who comes to read the page has to know its secret.
+        let arrives = request.method == "GET"
+            && request.header("sec-fetch-mode").is_some_and(|mode| mode == "navigate")
+            && request.header("sec-fetch-dest").is_some_and(|dest| dest == "document")
+            && request.target == format!("/{}/", self.token);
+        let site = arrives || request.header("sec-fetch-site").is_none_or(same);
+        if host && request.header("origin").is_none_or(own) && site {
             return None;
         }
         Some(Response::refusal(403, "use the address that the studio printed"))
@@ -192,21 +250,27 @@ impl Studio {
         }
     }
 
-    fn save(&self, id: u64) -> String {
+    fn save(&self, save: &Save) -> String {
         let saved = || {
             let folder =
                 self.folder.as_ref().ok_or_else(|| Error::input("no folder was named", "start with -o DIR"))?;
-            let answer = self.answer(id).ok_or_else(|| Error::input("it is no longer kept", "change something"))?;
+            let answer =
+                self.answer(save.id).ok_or_else(|| Error::input("it is no longer kept", "change something"))?;
             let own = folder.join(folder_name(&answer.done.material.name, answer.done.result.model().name()));
-            folder::write(&own, &answer.files()?)?;
+            folder::write(&own, &answer.files()?, save.replace)?;
             Ok(own)
         };
         match saved() {
             Ok(own) => json!({ "folder": Path::display(&own).to_string() }),
-            Err(error) => json!({ "error": Error::to_string(&error) }),
+            Err(error) => json!({ "error": Error::to_string(&error), "others": holds_others(&error) }),
         }
         .to_string()
     }
+}
+
+/// Whether a folder was refused for the results that it holds.
+fn holds_others(error: &Error) -> bool {
+    matches!(error, Error::Input { remedy, .. } if remedy == REPLACE)
 }
 
 /// A folder's name of letters, digits and dashes.

@@ -5,7 +5,7 @@ use std::time::Instant;
 use super::{Loading, PackingProblem, PackingSimulation, step_of};
 use crate::Result;
 use crate::experiment::problem::Schedule;
-use crate::experiment::simulation::RunCost;
+use crate::experiment::simulation::{RunCost, steps_in};
 use crate::operator::particles::Particles;
 
 /// Steps that are timed, after one that is not.
@@ -30,7 +30,7 @@ impl PackingProblem {
                 let mut particles = Particles::new(self.model.clone())?;
                 let evidence = step_of(self, &particles)?;
                 Loading::new(self)?;
-                let steps = ((duration / evidence.step).round() as u64).max(1);
+                let steps = steps_in(duration, evidence.step)?;
                 particles.evaluate(0.0)?;
                 let start = Instant::now();
                 for _ in 0..STEPS {

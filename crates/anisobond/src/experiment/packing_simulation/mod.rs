@@ -18,7 +18,7 @@ use super::checked::Checked;
 use super::outcome::StepLook;
 use super::particles::{MotionPlan, ParticleMotion, checked_step};
 use super::problem::Schedule;
-use super::simulation::{Ledger, StepEvidence};
+use super::simulation::{Ledger, StepEvidence, steps_in};
 use crate::operator::Network;
 use crate::operator::particles::{Particles, Sums};
 use crate::solver::SolverReport;
@@ -65,7 +65,7 @@ impl PackingSimulation {
             Schedule::Equilibrium { .. } => Stage::Equilibrium(Box::new(Rest::new(&problem)?)),
             Schedule::Motion { duration, .. } => {
                 let motion = motion(&problem, &loading, &joined)?;
-                let steps = ((duration / motion.step()).round() as u64).max(1);
+                let steps = steps_in(duration, motion.step())?;
                 Stage::Motion { motion: Box::new(motion), steps }
             }
         };

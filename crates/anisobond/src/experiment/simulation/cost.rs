@@ -70,7 +70,7 @@ impl RunCost {
                     motion.kick(problem, &loading, bonds, &u, (0.0, evidence.step), false, &mut unread)?;
                     Ok(())
                 })?;
-                let steps = evidence.steps_in(duration);
+                let steps = evidence.steps_in(duration)?;
                 Ok(RunCost {
                     stable_step_s: Some(evidence.stable),
                     step_s: Some(evidence.step),

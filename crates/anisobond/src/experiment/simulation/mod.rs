@@ -72,10 +72,34 @@ pub struct StepEvidence {
 }
 
 impl StepEvidence {
-    /// Whole steps in a duration (s), at least one.
-    fn steps_in(&self, duration: f64) -> u64 {
-        ((duration / self.step).round() as u64).max(1)
+    /// As [`steps_in`].
+    fn steps_in(&self, duration: f64) -> Result<u64> {
+        steps_in(duration, self.step)
     }
+}
+
+/// More time steps than this no machine does in a lifetime.
+const MOST_TIME_STEPS: f64 = 1e12;
+
+/// Whole steps (s) in a duration (s), at least one.
+///
+/// # Errors
+/// More than 10¹², or numbers of which none follow.
+pub(super) fn steps_in(duration: f64, step: f64) -> Result<u64> {
+    let steps = (duration / step).round();
+    if !step.is_finite() || step <= 0.0 {
+        return Err(Error::input(
+            format!("the time step is {step} s"),
+            "check density, stiffness and spacing: the body's nodes have no bonds, or numbers at the limits",
+        ));
+    }
+    if steps.is_nan() || steps > MOST_TIME_STEPS {
+        return Err(Error::input(
+            format!("{duration} s are {steps:.1e} time steps of {step} s"),
+            format!("give a shorter duration, or larger nodes: at most {MOST_TIME_STEPS:.0e} steps are done"),
+        ));
+    }
+    Ok((steps as u64).max(1))
 }
 
 /// A problem under way.
@@ -169,7 +193,7 @@ impl Simulation {
             }
             Schedule::Motion { duration, from_equilibrium, .. } => {
                 let evidence = time_step(&self.problem, self.bonds.grid())?;
-                self.steps = evidence.steps_in(duration);
+                self.steps = evidence.steps_in(duration)?;
                 if from_equilibrium {
                     self.start_from_equilibrium()?;
                 }

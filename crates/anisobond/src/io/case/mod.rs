@@ -20,6 +20,7 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::Vector3;
 
+use super::inputs::{Inputs, recorded};
 use super::pairs::read_influence;
 use super::tree::{Node, parse_toml, read_text, without_mark};
 use super::units::Dimension;
@@ -98,6 +99,8 @@ pub struct CaseFile {
     output: OutputPlan,
     /// The file as it was read, overrides applied.
     asked: serde_json::Value,
+    /// What it is made of: its keys, and the files that they name.
+    inputs: Inputs,
 }
 
 /// The lattice on which a case runs.
@@ -146,8 +149,15 @@ impl CaseFile {
     pub fn parse(text: &str, file: &str, overrides: &[String]) -> Result<Self> {
         let mut root = parse_toml(without_mark(text), file)?;
         overrides.iter().try_for_each(|o| overrides::set(&mut root, o))?;
-        let case = CaseFile::of(&root, file).map_err(|e| e.at(file))?;
-        Ok(CaseFile { asked: unused::apart(root.json(), &case.unused), ..case })
+        let (case, read) = recorded(|| CaseFile::of(&root, file).map_err(|e| e.at(file)));
+        let case = case?;
+        let mut inputs = Inputs::of_program().and("the case's name", case.name.as_bytes());
+        for entry in root.entries() {
+            // The key, too: what is said of one is not what is said of another.
+            let said = serde_json::json!([entry.key, entry.value.json()]).to_string();
+            inputs = inputs.and(format!("{} in {file}", entry.key), said.as_bytes());
+        }
+        Ok(CaseFile { asked: unused::apart(root.json(), &case.unused), inputs: inputs.with(&read), ..case })
     }
 
     fn of(root: &Node, file: &str) -> Result<Self> {
@@ -197,6 +207,7 @@ impl CaseFile {
             conditions,
             schedule,
             asked: serde_json::Value::Null,
+            inputs: Inputs::default(),
         })
     }
 
@@ -219,6 +230,12 @@ impl CaseFile {
     /// use stands apart, under "not used".
     pub fn asked(&self) -> &serde_json::Value {
         &self.asked
+    }
+
+    /// What the case is made of, by content: its keys with what `overrides` replaced, the files that were read for them, and
+    /// the program's version. The file of a packing is read later.
+    pub fn inputs(&self) -> &Inputs {
+        &self.inputs
     }
 
     /// The grid around the body. Takes no memory.

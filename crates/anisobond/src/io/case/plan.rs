@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::CaseFile;
 use super::loads::Load;
 use crate::experiment::{Condition, Problem};
-use crate::lattice::{Body, Neighbourhood};
+use crate::lattice::{Body, Grid, Neighbourhood};
 
 /// Numbers of a case.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -78,7 +78,6 @@ pub(super) fn plan(case: &CaseFile, problem: &Problem) -> CasePlan {
     let bonds_per_node = problem.neighbourhood.bonds().len();
     let mut counts = vec![0usize; problem.regions.len() + 1];
     body.region.iter().for_each(|&r| counts[usize::from(r)] += 1);
-    let words = (bonds_per_node / 2).div_ceil(64) as u64;
     let regions = problem.regions.iter().zip(&counts[1..]).map(|(region, &nodes)| {
         let c = region.stiffness.voigt();
         RegionPlan {
@@ -98,13 +97,19 @@ pub(super) fn plan(case: &CaseFile, problem: &Problem) -> CasePlan {
         nodes: body.nodes(),
         bonds_per_node,
         bonds: bonds(body, &problem.neighbourhood),
-        memory: grid.len() as u64 * (3 * 24 + 2 + 2 + 8 * words),
+        memory: memory(grid, &problem.neighbourhood),
         regions: regions.collect(),
         warnings: case.notes(),
         conditions: conditions(case, &problem.conditions),
         probes: problem.probes.iter().map(|p| (p.name.clone(), p.nodes.len())).collect(),
         cracks: problem.cracks.len(),
     }
+}
+
+/// Estimate of the memory of a run (bytes): three vectors, region, stencil and a bit per bond of every node of the grid.
+pub(super) fn memory(grid: &Grid, neighbourhood: &Neighbourhood) -> u64 {
+    let words = (neighbourhood.bonds().len() / 2).div_ceil(64) as u64;
+    grid.len() as u64 * (3 * 24 + 2 + 2 + 8 * words)
 }
 
 /// Numbers of the conditions of a case, given as they are resolved.

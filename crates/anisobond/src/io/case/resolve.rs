@@ -7,12 +7,13 @@ use rayon::prelude::*;
 
 use super::loads::{ConditionStatement, Load, Place, Where};
 use super::matter::{Filling, Matter, Orientations, RegionStatement, axis_name};
+use super::plan::memory;
 use super::schedule::Target;
 use super::select::select;
 use super::surface_loads::{self, Traction};
 use super::{CaseFile, Spot};
 use crate::Result;
-use crate::experiment::{Condition, Crack, Probe, Problem, RegionMaterial, Schedule};
+use crate::experiment::{Condition, Crack, Probe, Problem, RegionMaterial, Schedule, refuse_beyond_memory};
 use crate::lattice::solid::{self, Patch, Surface};
 use crate::lattice::{Body, Neighbourhood, Solid};
 
@@ -80,6 +81,10 @@ pub(super) fn problem(case: &CaseFile) -> Result<Problem> {
 /// The body with its regions.
 fn filled(case: &CaseFile) -> Result<Filled> {
     let grid = case.grid_around_body()?;
+    let statement = case.grid_statement()?;
+    let what = format!("a run on {} × {} × {} nodes", grid.nodes[0], grid.nodes[1], grid.nodes[2]);
+    let needed = memory(&grid, &statement.neighbourhood) as f64;
+    refuse_beyond_memory(&what, needed).map_err(|e| statement.spot.at(e))?;
     let (spot, shape) = case.body_statement()?;
     let inside = solid::inside(shape, &grid);
     if !inside.contains(&true) {

@@ -25,6 +25,11 @@ pub(super) struct ProbeStatement {
     pub target: Target,
 }
 
+/// More than these no machine computes, or no disk holds.
+const MOST_LOAD_STEPS: usize = 10_000_000;
+const MOST_FRAMES: usize = 1_000_000;
+const MOST_PROBES: usize = 10_000;
+
 /// `[motion]` or `[equilibrium]`.
 pub(super) fn schedule(root: &Section) -> Result<Schedule> {
     let example = "[motion] with duration = \"1 ms\", or [equilibrium]";
@@ -35,7 +40,7 @@ pub(super) fn schedule(root: &Section) -> Result<Schedule> {
         let table = value.section(&["steps", "tolerance", "relaxation"])?;
         let tolerance = table.get("tolerance").map(|v| part(&v)).transpose()?.unwrap_or(1e-8);
         return Ok(Schedule::Equilibrium {
-            steps: table.get("steps").map(|v| v.whole(1)).transpose()?.unwrap_or(1),
+            steps: table.get("steps").map(|v| v.count(1, MOST_LOAD_STEPS, "load steps")).transpose()?.unwrap_or(1),
             tolerance,
             relaxation: truth(&table, "relaxation")?,
         });
@@ -99,7 +104,7 @@ pub(super) fn output(root: &Section) -> Result<OutputPlan> {
         }
     }
     if let Some(frames) = table.get("frames") {
-        plan.frames = frames.whole(0)?;
+        plan.frames = frames.count(0, MOST_FRAMES, "frames")?;
     }
     if let Some(every) = table.get("probe_every") {
         plan.probe_every = every.whole(1)?;
@@ -160,6 +165,9 @@ pub(super) fn probes<'n>(
             return Err(table.spot().wrong(problem, "give each a name of its own"));
         }
         all.push(probe);
+        if all.len() > MOST_PROBES {
+            return Err(table.spot().wrong(format!("there are more than {MOST_PROBES} probes"), "use fewer"));
+        }
     }
     Ok(all)
 }

@@ -143,6 +143,14 @@ impl<'n> Value<'n> {
         Err(self.wrong(format!("{value} is not a whole number of at least {least}"), "give such a number"))
     }
 
+    /// A whole number of at least `least` and at most `most` of something.
+    pub fn count(&self, least: usize, most: usize, what: &str) -> Result<usize> {
+        match self.whole(least)? {
+            n if n <= most => Ok(n),
+            n => Err(self.wrong(format!("{n} {what} are too many"), format!("give at most {most}"))),
+        }
+    }
+
     pub fn truth(&self) -> Result<bool> {
         match self.node.kind {
             Kind::Truth(value) => Ok(value),
@@ -203,11 +211,7 @@ impl<'n> Value<'n> {
             if unit.is_empty() && parts.iter().all(|p| p.0 == 0.0) { 1.0 } else { what.unit(unit).map_err(at)? };
         let one = |&(x, own): &(f64, &str)| {
             let value = if own.is_empty() { x * size } else { x * what.unit(own).map_err(at)? };
-            if value.is_finite() {
-                Ok(value)
-            } else {
-                Err(self.wrong("a number is too large", "check it and its unit"))
-            }
+            what.bounded(value, text).map_err(at)
         };
         parts.iter().map(one).collect()
     }

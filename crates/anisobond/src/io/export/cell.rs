@@ -10,6 +10,7 @@ use serde_json::Value;
 use crate::experiment::element_test::{ElementTest, Mechanisms};
 use crate::experiment::nodal_on_contacts;
 use crate::io::bonds::{BondTable, read_bonds};
+use crate::io::folder::require_own;
 use crate::io::packing::read_packing;
 use crate::io::tree::read_text;
 use crate::lattice::Packing;
@@ -17,8 +18,9 @@ use crate::operator::{Network, NodalTerm, StiffBond};
 use crate::tensor::Stiffness;
 use crate::{Error, Result};
 
-/// More nodes than this are refused before memory is taken.
+/// More nodes and bonds than these are refused before memory is taken.
 const MOST_NODES: f64 = 4e6;
+const MOST_BONDS: f64 = 2e8;
 
 /// A rectangular periodic cell of bonded nodes. Along no edge is a bond longer than half of it, so that engines that look for
 /// the nearest image find the right one.
@@ -163,11 +165,14 @@ impl BondedCell {
         }
     }
 
-    fn refuse_too_large(nodes: f64) -> Result<()> {
-        if nodes <= MOST_NODES {
+    fn refuse_too_large(nodes: f64, bonds: f64) -> Result<()> {
+        if nodes <= MOST_NODES && bonds <= MOST_BONDS {
             return Ok(());
         }
-        Err(Error::input(format!("{nodes:e} nodes to export"), format!("give at most {MOST_NODES:e}")))
+        Err(Error::input(
+            format!("{nodes:e} nodes and {bonds:e} bonds to export"),
+            format!("give a cell of at most {MOST_NODES:e} nodes and {MOST_BONDS:e} bonds"),
+        ))
     }
 }
 
@@ -196,6 +201,7 @@ fn of_grid(folder: &Path, nodes: Option<[usize; 3]>) -> Result<BondedCell> {
     let report = json(&folder.join("calibration.json"))?;
     let spacing = report["neighbourhood"]["spacing"].as_f64().filter(|s| *s > 0.0);
     let spacing = spacing.ok_or_else(|| Error::input("calibration.json has no spacing", "write the folder again"))?;
+    require_own(&report, folder, "bonds.csv")?;
     let table = read_bonds(folder.join("bonds.csv"))?;
     let reach: [usize; 3] =
         std::array::from_fn(|i| table.offset.iter().map(|o| o[i].unsigned_abs() as usize).max().unwrap_or(0));
@@ -207,8 +213,9 @@ fn of_grid(folder: &Path, nodes: Option<[usize; 3]>) -> Result<BondedCell> {
             format!("give at least {a},{b},{c} nodes along the axes"),
         ));
     }
-    BondedCell::refuse_too_large(n.iter().map(|&n| n as f64).product())?;
     let half = half_offsets(&table);
+    let number: f64 = n.iter().map(|&n| n as f64).product();
+    BondedCell::refuse_too_large(number, number * half.len() as f64)?;
     let nodal = nodal_stiffness(&report)?.map(|z| {
         let axes: [[f64; 3]; 3] = entry(&report["neighbourhood"]["orientation"])?;
         let number: usize = n.iter().product();
@@ -267,6 +274,8 @@ fn both_ways(stiffness: &[f64], p: usize) -> f64 {
 /// A packing with its bonds.
 fn of_packing(folder: &Path) -> Result<BondedCell> {
     let report = json(&folder.join("lattice.json"))?;
+    require_own(&report, folder, "packing.csv")?;
+    require_own(&report, folder, "bonds.csv")?;
     let packing = read_packing(folder.join("packing.csv"))?;
     let edges = packing.cell().ok_or_else(|| {
         Error::input("the packing has no periodic cell", "element tests need a periodic packing; make one with pack")
@@ -283,9 +292,11 @@ fn of_packing(folder: &Path) -> Result<BondedCell> {
         bonds,
     };
     // Strictly more than two bonds, so that the nearest image is the right one.
-    let times = |edge: f64| (2.0 * cell.longest() * (1.0 + 1e-6) / edge).floor() as usize + 1;
+    let times = |edge: f64| (2.0 * cell.longest() * (1.0 + 1e-6) / edge).floor() + 1.0;
     let n = [times(edges.x), times(edges.y), times(edges.z)];
-    BondedCell::refuse_too_large(n.iter().product::<usize>() as f64 * cell.nodes.len() as f64)?;
+    let cells: f64 = n.iter().product();
+    BondedCell::refuse_too_large(cells * cell.nodes.len() as f64, cells * cell.bonds.len() as f64)?;
+    let n = n.map(|n| n as usize);
     Ok(if n == [1; 3] { cell } else { cell.repeated(n) })
 }
 

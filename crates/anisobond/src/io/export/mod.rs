@@ -61,11 +61,12 @@ pub struct Export {
 
 impl Export {
     /// Write the files into a folder, which is made if need be; what the engine wrote there of an earlier export is removed.
+    /// A folder that holds other results is refused, or with `force` they are removed first.
     ///
     /// # Errors
-    /// What cannot be written or removed.
-    pub fn write(&self, folder: &Path) -> Result<()> {
-        write_files(folder, &self.files)?;
+    /// Other results; what cannot be written or removed.
+    pub fn write(&self, folder: &Path, force: bool) -> Result<()> {
+        write_files(folder, &self.files, force)?;
         for name in &self.outputs {
             let path = folder.join(name);
             match fs::remove_file(&path) {

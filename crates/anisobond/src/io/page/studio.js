@@ -118,8 +118,13 @@ at("save").addEventListener("click", async () => {
   if (!result) return;
   at("saved").textContent = "saving …";
   try {
-    const response = await fetch("save", { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ id: result.id }) });
-    const answer = await response.json();
+    const save = async (replace) => {
+      const body = JSON.stringify({ id: result.id, replace });
+      const response = await fetch("save", { method: "POST", headers: { "Content-Type": "application/json" }, body });
+      return response.json();
+    };
+    let answer = await save(false);
+    if (answer.others && confirm(`${answer.error}\n\nReplace them?`)) answer = await save(true);
     at("saved").textContent = answer.error ?? `saved in ${answer.folder}`;
   } catch { at("saved").textContent = "the studio does not answer"; }
 });

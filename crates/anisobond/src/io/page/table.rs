@@ -8,6 +8,7 @@ use serde_json::Value;
 use super::charts::axis;
 use super::labels::{label, title};
 use super::sweeps::measured;
+use crate::io::csv_text::unguarded;
 use crate::io::element_sweep::PARAMETERS;
 use crate::io::tree::read_text;
 use crate::{Error, Result};
@@ -91,8 +92,11 @@ impl Columns {
     pub fn parse(text: &str) -> Result<Self> {
         let wrong = |e: csv::Error| Error::input(e.to_string(), "write the folder again");
         let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).flexible(true).from_reader(text.as_bytes());
-        let names = reader.headers().map_err(wrong)?.iter().map(String::from).collect();
-        let value = |word: &str| word.parse::<f64>().map_or_else(|_| word.into(), |x| serde_json::json!(x));
+        let names = reader.headers().map_err(wrong)?.iter().map(|name| unguarded(name).to_string()).collect();
+        let value = |word: &str| match word.parse::<f64>() {
+            Ok(x) if x.is_finite() => serde_json::json!(x),
+            _ => unguarded(word).into(),
+        };
         let row = |row: csv::Result<csv::StringRecord>| Ok(row.map_err(wrong)?.iter().map(value).collect());
         let rows = reader.records().map(row).collect::<Result<_>>()?;
         Ok(Columns { names, rows })

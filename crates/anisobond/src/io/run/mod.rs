@@ -12,14 +12,19 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
-use twox_hash::XxHash3_128;
 
 use self::frames::Frames;
 use self::subject::Subject;
 pub use self::summary::{PackingSummary, RunSummary};
+use super::inputs::recorded;
+use super::json::non_finite;
 use super::results::{Checkpoints, ProbeTable};
-use super::{CaseFile, LatticeKind, json_file, write_atomically};
-use crate::experiment::{Ledger, Outcome, PackingProblem, PackingSimulation, Problem, Simulation, WithinStep};
+use super::{
+    CaseFile, FolderLock, Inputs, LatticeKind, json_file, refuse_other_kind, remove_results, write_atomically,
+};
+use crate::experiment::{
+    Ledger, Outcome, PackingProblem, PackingSimulation, Problem, SavedState, Simulation, WithinStep,
+};
 use crate::{Error, Result};
 
 /// Time between two words on a load step that goes on.
@@ -31,29 +36,20 @@ pub struct RunOptions<'a> {
     pub folder: &'a Path,
     /// Go on with the run that the folder's checkpoint is of.
     pub resume: bool,
-    /// What tells one case from another: a checkpoint is only gone on with by the case that it is of.
-    pub case: &'a str,
+    /// Remove whatever results the folder holds, and start anew.
+    pub force: bool,
     /// Set to stop: motion after the time step that is being computed, equilibrium within its load step, which is then begun anew.
     pub stop: &'a AtomicBool,
 }
 
-/// What tells a case from others: a checksum of its file, of what replaces values in it, and of this program's version.
-///
-/// # Errors
-/// A file that cannot be read.
-pub fn case_identity(path: impl AsRef<Path>, overrides: &[String]) -> Result<String> {
-    let path = path.as_ref();
-    let text = std::fs::read(path).map_err(|e| Error::file("read", path, e))?;
-    Ok(identity_of_text(&text, overrides))
-}
-
-/// [`case_identity`] of the text of a case.
-pub fn identity_of_text(text: &[u8], overrides: &[String]) -> String {
-    let mut hash = XxHash3_128::new();
-    hash.write(text);
-    overrides.iter().for_each(|o| hash.write(o.as_bytes()));
-    hash.write(env!("CARGO_PKG_VERSION").as_bytes());
-    format!("{:032x}", hash.finish_128())
+/// What a run is of.
+struct Stated<'a> {
+    /// What its case is made of, as far as it is read: a checkpoint is only gone on with by the case that it is of.
+    inputs: &'a Inputs,
+    /// What the case says.
+    asked: Option<&'a serde_json::Value>,
+    /// What is to be said of it whatever happens.
+    notes: Vec<String>,
 }
 
 /// How far a run is.
@@ -96,8 +92,10 @@ impl RunProgress {
 /// What a checkpoint says of the run beside its state.
 #[derive(Serialize, Deserialize)]
 struct About {
-    case: String,
+    inputs: Inputs,
     probe_bytes: u64,
+    /// Checksum of these bytes.
+    probe_sum: String,
     frame_times: Vec<f64>,
     simulation: String,
     seconds: f64,
@@ -108,6 +106,10 @@ struct About {
 
 /// The file that says what a run was asked to do: its case, as JSON.
 pub(super) const CASE: &str = "case.json";
+/// Energies and probes.
+const PROBES: &str = "probes.csv";
+/// What a finished run came to.
+const SUMMARY: &str = "summary.json";
 
 /// Steps done and steps in all of the run whose checkpoint is in a folder; `None` without a checkpoint that says so.
 pub(super) fn stopped_at(folder: &Path) -> Option<[u64; 2]> {
@@ -116,30 +118,32 @@ pub(super) fn stopped_at(folder: &Path) -> Option<[u64; 2]> {
     serde_json::from_str::<About>(&state.about).ok()?.steps
 }
 
-/// Runs a case on its lattice to the end, or until it is stopped. Its folder also has what the case says (`case.json`).
+/// Runs a case on its lattice to the end, or until it is stopped. Its folder also has what the case says (`case.json`). The
+/// case is known by what it and its files say: with other contents it is another, whatever their names.
 ///
 /// # Errors
 /// As [`run_problem`] and [`CaseFile::problem`].
 pub fn run_case(case: &CaseFile, options: &RunOptions, progress: impl FnMut(&RunProgress)) -> Result<RunSummary> {
+    let stated = Stated { inputs: case.inputs(), asked: Some(case.asked()), notes: case.notes() };
     match case.lattice() {
-        LatticeKind::Grid => {
-            let problem = case.problem()?;
-            run(|| Simulation::new(problem), options, Some(case), progress)
-        }
-        LatticeKind::Packing => {
-            let problem = case.packing_problem()?;
-            run(|| PackingSimulation::new(problem), options, Some(case), progress)
-        }
+        LatticeKind::Grid => run(|| Simulation::new(case.problem()?), options, &stated, progress),
+        LatticeKind::Packing => run(|| PackingSimulation::new(case.packing_problem()?), options, &stated, progress),
     }
 }
 
-/// Runs a problem on a grid to its end, or until it is stopped.
+/// Runs a problem on a grid to its end, or until it is stopped; `inputs` are what the problem was made of, by which its
+/// checkpoints are known.
 ///
 /// # Errors
-/// A problem that cannot be run; files that cannot be written; a folder with results, or with a checkpoint of another
-/// case; numbers that are none in flight; interruption, with the checkpoint to go on from.
-pub fn run_problem(problem: Problem, options: &RunOptions, progress: impl FnMut(&RunProgress)) -> Result<RunSummary> {
-    run(|| Simulation::new(problem), options, None, progress)
+/// A problem that cannot be run; files that cannot be written; a folder with results, in use by another program, or with a
+/// checkpoint of another case; numbers that are none in flight; interruption, with the checkpoint to go on from.
+pub fn run_problem(
+    problem: Problem,
+    inputs: &Inputs,
+    options: &RunOptions,
+    progress: impl FnMut(&RunProgress),
+) -> Result<RunSummary> {
+    run(|| Simulation::new(problem), options, &Stated { inputs, asked: None, notes: Vec::new() }, progress)
 }
 
 /// Runs a problem on a packing, as [`run_problem`] does on a grid.
@@ -148,20 +152,22 @@ pub fn run_problem(problem: Problem, options: &RunOptions, progress: impl FnMut(
 /// As [`run_problem`].
 pub fn run_packing_problem(
     problem: PackingProblem,
+    inputs: &Inputs,
     options: &RunOptions,
     progress: impl FnMut(&RunProgress),
 ) -> Result<RunSummary> {
-    run(|| PackingSimulation::new(problem), options, None, progress)
+    run(|| PackingSimulation::new(problem), options, &Stated { inputs, asked: None, notes: Vec::new() }, progress)
 }
 
 fn run<S: Subject>(
     prepare: impl FnOnce() -> Result<S>,
     options: &RunOptions,
-    case: Option<&CaseFile>,
+    stated: &Stated,
     mut progress: impl FnMut(&RunProgress),
 ) -> Result<RunSummary> {
-    let mut run = Run::begin(prepare, options, case.map(CaseFile::asked))?;
-    run.warnings.splice(0..0, case.map(CaseFile::notes).unwrap_or_default());
+    let _lock = FolderLock::alone(options.folder)?;
+    let mut run = Run::begin(prepare, options, stated)?;
+    run.warnings.splice(0..0, stated.notes.iter().cloned());
     let (started, first_step) = (Instant::now(), run.simulation.step());
     let mut saved = Instant::now();
     while !run.finished() {
@@ -203,7 +209,7 @@ fn run<S: Subject>(
 struct Run<S> {
     simulation: S,
     folder: PathBuf,
-    case: String,
+    inputs: Inputs,
     checkpoints: Checkpoints,
     probes: ProbeTable,
     frames: Frames,
@@ -213,57 +219,28 @@ struct Run<S> {
 }
 
 impl<S: Subject> Run<S> {
-    fn begin(
-        prepare: impl FnOnce() -> Result<S>,
-        options: &RunOptions,
-        asked: Option<&serde_json::Value>,
-    ) -> Result<Self> {
+    fn begin(prepare: impl FnOnce() -> Result<S>, options: &RunOptions, stated: &Stated) -> Result<Self> {
         let folder = options.folder;
-        let checkpoints = Checkpoints::in_folder(folder);
-        let probes = folder.join("probes.csv");
-        match (options.resume, checkpoints.exist()) {
-            (true, true) => return Run::resume(prepare()?, checkpoints, options),
-            // The summary is written when a run ends, before its checkpoints are removed.
-            (_, false) if folder.join("summary.json").exists() => {
-                return Err(Error::input(
-                    format!("{} already has results of a run, and it is finished", folder.display()),
-                    "give another folder for a new one; in Python, open_run opens it",
-                ));
-            }
-            (_, false) if probes.exists() => {
-                return Err(Error::input(
-                    format!(
-                        "{} already has results of a run, which ended before its first checkpoint",
-                        folder.display()
-                    ),
-                    "give another folder, or remove this one, to start anew",
-                ));
-            }
-            (true, false) => {
-                return Err(Error::input(
-                    format!("{} has no checkpoint to resume from", folder.display()),
-                    "leave --resume (resume=True) out, to start anew",
-                ));
-            }
-            (false, true) => {
-                return Err(Error::input(
-                    format!("{} already has results of a run, which is not finished", folder.display()),
-                    "go on with --resume (resume=True), or give another folder",
-                ));
-            }
-            (false, false) => {}
+        if options.force {
+            remove_results(folder)?;
         }
-        let simulation = prepare()?;
-        std::fs::create_dir_all(folder).map_err(|e| Error::file("create", folder, e))?;
-        if let Some(asked) = asked {
+        refuse_other_kind(folder, "a run")?;
+        let checkpoints = Checkpoints::in_folder(folder);
+        if options.resume && checkpoints.exist() {
+            let saved = checkpoints.load()?;
+            let (simulation, inputs) = prepared(prepare, stated)?;
+            return Run::resume(simulation, inputs, saved, options);
+        }
+        refuse_begun(options, &checkpoints, stated)?;
+        let (simulation, inputs) = prepared(prepare, stated)?;
+        if let Some(asked) = stated.asked {
             write_atomically(folder.join(CASE), json_file(asked)?)?;
         }
-        let probes = ProbeTable::create(probes, &columns(&simulation))?;
         let mut run = Run {
             folder: folder.to_path_buf(),
-            case: options.case.to_string(),
+            inputs,
             checkpoints,
-            probes,
+            probes: ProbeTable::create(folder.join(PROBES), &columns(&simulation))?,
             frames: Frames::new(folder, S::FRAME, &[])?,
             started: Instant::now(),
             seconds_before: 0.0,
@@ -277,14 +254,21 @@ impl<S: Subject> Run<S> {
         Ok(run)
     }
 
-    fn resume(mut simulation: S, checkpoints: Checkpoints, options: &RunOptions) -> Result<Self> {
-        let (mut state, damaged) = checkpoints.load()?;
+    fn resume(
+        mut simulation: S,
+        inputs: Inputs,
+        (mut state, damaged): (SavedState, Option<String>),
+        options: &RunOptions,
+    ) -> Result<Self> {
         let about: About = serde_json::from_str(&state.about)
             .map_err(|e| Error::input(format!("the checkpoint cannot be read: {e}"), "start anew in another folder"))?;
-        if about.case != options.case {
+        if let Some(changed) = inputs.changed_since(&about.inputs) {
             return Err(Error::input(
-                format!("the checkpoint in {} is of another case, or of one since changed", options.folder.display()),
-                "resume with the case as it was, or start anew in another folder",
+                format!(
+                    "the checkpoint in {} is of another case, or of one since changed: {changed}",
+                    options.folder.display()
+                ),
+                "resume with the case as it was, or start anew in another folder or with --force (force=True)",
             ));
         }
         state.about = about.simulation;
@@ -293,9 +277,9 @@ impl<S: Subject> Run<S> {
         warnings.extend(damaged.map(|why| format!("the newest checkpoint was damaged, the one before is used: {why}")));
         Ok(Run {
             folder: options.folder.to_path_buf(),
-            case: about.case,
-            checkpoints,
-            probes: ProbeTable::resume(options.folder.join("probes.csv"), about.probe_bytes)?,
+            inputs,
+            checkpoints: Checkpoints::in_folder(options.folder),
+            probes: ProbeTable::resume(options.folder.join(PROBES), about.probe_bytes, &about.probe_sum)?,
             frames: Frames::new(options.folder, S::FRAME, &about.frame_times)?,
             started: Instant::now(),
             seconds_before: about.seconds,
@@ -357,8 +341,9 @@ impl<S: Subject> Run<S> {
         self.frames.drain()?;
         let mut state = self.simulation.save();
         let about = About {
-            case: self.case.clone(),
+            inputs: self.inputs.clone(),
             probe_bytes: self.probes.flush()?,
+            probe_sum: self.probes.checksum(),
             frame_times: self.frames.times(),
             simulation: std::mem::take(&mut state.about),
             seconds: self.seconds(),
@@ -402,16 +387,68 @@ impl<S: Subject> Run<S> {
     fn finish(mut self) -> Result<RunSummary> {
         self.probes.flush()?;
         let seconds = self.seconds();
-        let summary = self.simulation.summary(seconds, self.warnings);
+        let mut summary = self.simulation.summary(seconds, self.warnings);
+        // A run of hours is not lost for one number; that it has none is said.
+        if let Some(place) = non_finite(&summary) {
+            summary.warnings.push(format!("the summary has a number that is not finite, null in its file: {place}"));
+        }
         self.frames.finish(&self.simulation)?;
         for (name, bytes) in self.simulation.last_files(&self.folder)? {
             write_atomically(self.folder.join(name), bytes)?;
         }
         let json = serde_json::to_string_pretty(&summary).map_err(|e| Error::file("write", &self.folder, e.into()))?;
-        write_atomically(self.folder.join("summary.json"), json + "\n")?;
+        write_atomically(self.folder.join(SUMMARY), json + "\n")?;
         self.checkpoints.remove();
         Ok(summary)
     }
+}
+
+/// The simulation, and all that it was made of: the case, and the files that were read for it just now.
+fn prepared<S>(prepare: impl FnOnce() -> Result<S>, stated: &Stated) -> Result<(S, Inputs)> {
+    let (simulation, read) = recorded(prepare);
+    Ok((simulation?, stated.inputs.clone().with(&read)))
+}
+
+/// Refuses a folder that has a run already. One that was killed before its first checkpoint is begun anew by `resume`, if it
+/// is of the same case.
+fn refuse_begun(options: &RunOptions, checkpoints: &Checkpoints, stated: &Stated) -> Result<()> {
+    let folder = options.folder;
+    let has = |what: &str| format!("{} already has results of a run, {what}", folder.display());
+    // The summary is written when a run ends, before its checkpoints are removed.
+    if folder.join(SUMMARY).exists() && !checkpoints.exist() {
+        return Err(Error::input(
+            has("and it is finished"),
+            "give another folder for a new one, or --force (force=True) to replace it; in Python, open_run opens it",
+        ));
+    }
+    if checkpoints.exist() {
+        return Err(Error::input(
+            has("which is not finished"),
+            "go on with --resume (resume=True), or give another folder",
+        ));
+    }
+    let asked_there = std::fs::read(folder.join(CASE)).ok();
+    let same = match (&asked_there, stated.asked) {
+        (Some(there), Some(asked)) => *there == json_file(asked)?,
+        _ => false,
+    };
+    if options.resume && same {
+        return Ok(());
+    }
+    if folder.join(PROBES).exists() {
+        return Err(Error::input(
+            has("which ended before its first checkpoint"),
+            "start it anew with --resume (resume=True) if the case is the same, or with --force (force=True), or give \
+             another folder",
+        ));
+    }
+    if options.resume {
+        return Err(Error::input(
+            format!("{} has no checkpoint to resume from", folder.display()),
+            "leave --resume (resume=True) out, to start anew",
+        ));
+    }
+    Ok(())
 }
 
 /// Name of the column of time.

@@ -173,16 +173,18 @@ fn image(simulation: &PackingSimulation, slice: &Slice) -> SliceImage {
 /// The curve of stress over strain along the axis that was strained, from the probes of the whole run.
 fn curve(simulation: &PackingSimulation, folder: &Path, axis: usize) -> Result<Vec<LastFile>> {
     let path = folder.join("probes.csv");
-    let text = std::fs::read_to_string(&path).map_err(|e| Error::file("read", &path, e))?;
-    let mut lines = text.lines();
-    let names: Vec<&str> = lines.next().unwrap_or("").split(',').collect();
-    let column = |name: &str| names.iter().position(|n| *n == name);
+    let file = std::fs::File::open(&path).map_err(|e| Error::file("read", &path, e))?;
+    let mut reader = csv::Reader::from_reader(file);
+    let unreadable = |e: csv::Error| Error::file("read", &path, e.into());
+    let names = reader.headers().map_err(unreadable)?.clone();
+    let column = |name: &str| names.iter().position(|n| n == name);
     let components = [0, 1, 2].map(|a| column(CELL_COLUMNS[a]));
     let (Some(strain), [Some(x), Some(y), Some(z)]) = (column(CELL_COLUMNS[6 + axis]), components) else {
         return Ok(Vec::new());
     };
+    let numbers = |row: csv::StringRecord| row.iter().map(|word| word.parse().unwrap_or(f64::NAN)).collect();
     let rows: Vec<Vec<f64>> =
-        lines.map(|line| line.split(',').map(|word| word.parse().unwrap_or(f64::NAN)).collect()).collect();
+        reader.records().map(|row| row.map(numbers).map_err(unreadable)).collect::<Result<_>>()?;
     // Compression is drawn upwards and to the right where it is what was applied.
     let sign = if rows.last().is_some_and(|row| row[strain] < 0.0) { -1.0 } else { 1.0 };
     let own = [x, y, z][axis];

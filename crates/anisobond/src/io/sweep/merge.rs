@@ -2,10 +2,8 @@
 
 use std::path::Path;
 
-use rusqlite::params;
-
 use super::super::words::enumeration;
-use super::store::{Shard, Store, Sweep, failure};
+use super::store::{Shard, Store, Sweep};
 use crate::{Error, Result};
 
 /// Merges the stores of all shards of a sweep into one, which is made or added to; the shards stay as they are. Jobs
@@ -18,49 +16,8 @@ pub fn merge(merged: impl AsRef<Path>, shards: &[impl AsRef<Path>]) -> Result<St
     let shards: Vec<Store> = shards.iter().map(Store::read).collect::<Result<_>>()?;
     let sweep = common(&shards)?;
     let records: Vec<_> = shards.iter().map(Store::records).collect::<Result<_>>()?;
-    let store = Store::create(merged.as_ref(), &sweep, "the shards' store")?;
-    let mut connection = store.connection();
-    let failed = |e| failure(store.path(), e);
-    let transaction = connection.transaction().map_err(failed)?;
-    transaction.execute("UPDATE jobs SET position = NULL", ()).map_err(failed)?;
-    for r in records.iter().flatten() {
-        let result = r.result.as_ref().map(ToString::to_string);
-        let state = if result.is_some() {
-            "done"
-        } else if r.message.is_some() {
-            "failed"
-        } else {
-            "pending"
-        };
-        let row = params![
-            r.id,
-            r.position as i64,
-            r.title,
-            r.parameters.to_string(),
-            state,
-            result,
-            r.message,
-            r.seconds,
-            r.attempts
-        ];
-        transaction
-            .prepare_cached(
-                "INSERT INTO jobs (id, position, title, parameters, state, result, message, seconds, attempts)
-                 VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)
-                 ON CONFLICT (id) DO UPDATE SET position = ?2, title = ?3, parameters = ?4",
-            )
-            .and_then(|mut statement| statement.execute(row))
-            .map_err(failed)?;
-        transaction
-            .prepare_cached(
-                "UPDATE jobs SET state = ?2, result = ?3, message = ?4, seconds = ?5, attempts = ?6
-                 WHERE id = ?1 AND state <> 'done' AND ?2 <> 'pending'",
-            )
-            .and_then(|mut update| update.execute(params![r.id, state, result, r.message, r.seconds, r.attempts]))
-            .map_err(failed)?;
-    }
-    transaction.commit().map_err(failed)?;
-    drop(connection);
+    let mut store = Store::create(merged.as_ref(), &sweep, "the shards' store")?;
+    store.put(records.into_iter().flatten())?;
     Ok(store)
 }
 

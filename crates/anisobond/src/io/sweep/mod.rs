@@ -3,11 +3,13 @@
 //! [`ParameterTable`] (what to compute) → [`run_sweep`] (over the cores) → [`Store`] (one SQLite file, every finished
 //! job committed at once) → CSV. A sweep that is too large for one machine is split by [`Shard`] and merged again.
 
+mod bounded;
 mod chart;
 mod combinations;
 mod job;
 mod log;
 mod merge;
+mod record;
 mod run;
 mod sheet;
 mod slurm;
@@ -18,7 +20,8 @@ pub use chart::sweep_chart;
 pub use job::{Job, Value};
 pub use log::JobLog;
 pub use merge::merge;
+pub use record::{Counts, Record, State};
 pub use run::{Options, Progress, Summary, run_sweep};
 pub use slurm::{SlurmScript, slurm_script};
-pub use store::{Counts, Record, Shard, State, Store};
+pub use store::{Shard, Store};
 pub use table::ParameterTable;

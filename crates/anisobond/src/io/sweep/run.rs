@@ -9,7 +9,8 @@ use serde_json::Value as Json;
 
 use super::job::Job;
 use super::log::JobLog;
-use super::store::{Counts, State, Store};
+use super::record::{Counts, State};
+use super::store::Store;
 use super::table::ParameterTable;
 use crate::experiment::batch;
 use crate::{Error, Result};
@@ -147,7 +148,7 @@ fn attempt(
     };
     let failure = result.as_ref().err().cloned();
     log.close(&failure.as_ref().map_or("done".into(), |message| format!("failed: {message}")))?;
-    store.finish(&job.id, &result, begun.elapsed().as_secs_f64())?;
+    store.finish(&job.id, result, begun.elapsed().as_secs_f64())?;
     Ok(Some(failure))
 }
 

@@ -9,12 +9,10 @@ use calamine::{Data, DataRef, Range, Reader, Sheets, Xlsx, open_workbook_auto};
 use super::super::table::{csv_reader, first_line};
 use super::super::tree::Lines;
 use super::super::words::quoted;
+use super::bounded::{refuse_cells, refuse_endless};
 use super::job::{Job, Value};
 use super::table::{MOST_JOBS, Name};
 use crate::{Error, Result};
-
-/// Largest spreadsheet that is read (cells of the box that holds all that are used).
-const MOST_CELLS: u64 = 50_000_000;
 
 /// A row that is not empty; the cells without comments and spaces, `None` where empty.
 pub(super) struct Row {
@@ -90,6 +88,7 @@ pub(super) fn workbook_cells(path: &Path) -> Result<(String, Vec<Row>)> {
 }
 
 fn first_sheet(path: &Path) -> std::result::Result<(String, Range<Data>), String> {
+    refuse_endless(path)?;
     let mut workbook = open_workbook_auto(path).map_err(|e| e.to_string())?;
     let names = workbook.sheet_names();
     let mut first = None;
@@ -106,22 +105,24 @@ fn first_sheet(path: &Path) -> std::result::Result<(String, Range<Data>), String
     first.ok_or_else(|| "it has no sheet".into())
 }
 
-/// Refuses a sheet whose used cells are far apart: its reader makes room for all between them. (The other formats
-/// allow no sheets that large.)
+/// Refuses a sheet whose used cells are far apart, for its reader makes room for all between them, and one that holds a long
+/// text many times.
 fn refuse_large<R: Read + Seek>(workbook: &mut Xlsx<R>, name: &str) -> std::result::Result<(), String> {
     let mut cells = workbook.worksheet_cells_reader(name).map_err(|e| e.to_string())?;
-    let (mut rows, mut columns) = (0_u64, 0_u64);
+    let (mut rows, mut columns, mut letters) = (0_u64, 0_u64, 0_u64);
     while let Some(cell) = cells.next_cell().map_err(|e| e.to_string())? {
         if *cell.get_value() != DataRef::Empty {
             let (row, column) = cell.get_position();
             rows = rows.max(u64::from(row) + 1);
             columns = columns.max(u64::from(column) + 1);
         }
+        letters += match cell.get_value() {
+            DataRef::String(text) => text.len() as u64,
+            DataRef::SharedString(text) => text.len() as u64,
+            _ => 0,
+        };
     }
-    if rows.saturating_mul(columns) > MOST_CELLS {
-        return Err(format!("sheet {} is {rows} × {columns} cells", quoted(name)));
-    }
-    Ok(())
+    refuse_cells(rows, columns, letters).map_err(|e| format!("{e} (sheet {})", quoted(name)))
 }
 
 fn rows_of(range: &Range<Data>) -> Result<Vec<Row>> {

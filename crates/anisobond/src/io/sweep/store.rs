@@ -4,42 +4,31 @@
 //! any moment loses the jobs under way and nothing else, on network file systems too (where a write-ahead log is not
 //! allowed). While a sweep runs it holds a lock on `STORE.lock`; others may read meanwhile.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, params};
+use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension};
 use serde_json::Value as Json;
 
+use super::super::claim::{say_who, who};
 use super::super::flat::{FlatRow, FlatTable, columns, header, text_of};
+use super::super::inputs::Inputs;
 use super::super::words::{quoted, suggestion};
+use super::job::Job;
+use super::record::{COLUMNS, Counts, Record, State, TABLES, write};
 use super::table::ParameterTable;
 use crate::{Error, Result};
 
 /// "anbs": marks our files among all SQLite files.
 const APPLICATION: i32 = 0x616e_6273;
-/// Version of the tables below.
-const SCHEMA: i32 = 1;
+/// Version of the tables.
+const SCHEMA: i32 = 2;
 /// How long one waits for another process that reads or writes.
 const PATIENCE: Duration = Duration::from_secs(20);
-
-const TABLES: &str = "
-CREATE TABLE sweep (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
-CREATE TABLE jobs (
-    id TEXT PRIMARY KEY,
-    position INTEGER,
-    title TEXT NOT NULL,
-    parameters TEXT NOT NULL,
-    state TEXT NOT NULL DEFAULT 'pending' CHECK (state IN ('pending', 'started', 'done', 'failed')),
-    result TEXT,
-    message TEXT,
-    seconds REAL,
-    attempts INTEGER NOT NULL DEFAULT 0
-) WITHOUT ROWID;
-CREATE INDEX jobs_in_order ON jobs (position);
-";
 
 /// A part of a sweep: the jobs whose index in the table leaves the remainder `index` when divided by `count`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,72 +75,11 @@ impl fmt::Display for Shard {
     }
 }
 
-/// What has become of a job.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum State {
-    /// Not begun.
-    Pending,
-    /// Under way, or interrupted.
-    Started,
-    /// Finished with a result.
-    Done,
-    /// Finished with a message.
-    Failed,
-}
-
-impl State {
-    fn name(self) -> &'static str {
-        match self {
-            State::Pending => "pending",
-            State::Started => "started",
-            State::Done => "done",
-            State::Failed => "failed",
-        }
-    }
-
-    fn of(name: &str) -> Self {
-        [State::Started, State::Done, State::Failed].into_iter().find(|s| s.name() == name).unwrap_or(State::Pending)
-    }
-}
-
-/// A job as the store knows it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Record {
-    /// Index in the table, from 0.
-    pub position: usize,
-    /// The job's id.
-    pub id: String,
-    /// The job's title.
-    pub title: String,
-    /// Its parameters, a JSON object.
-    pub parameters: Json,
-    /// What has become of it.
-    pub state: State,
-    /// The result of a finished job.
-    pub result: Option<Json>,
-    /// Why it failed.
-    pub message: Option<String>,
-    /// How long it took (s).
-    pub seconds: Option<f64>,
-    /// How often it was begun.
-    pub attempts: u32,
-}
-
-/// How many jobs are in which state.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
-    /// All jobs of the table (or shard).
-    pub all: usize,
-    /// Those with a result.
-    pub done: usize,
-    /// Those that failed.
-    pub failed: usize,
-}
-
 /// The store of a sweep.
 pub struct Store {
     path: PathBuf,
     connection: Mutex<Connection>,
+    notes: Vec<String>,
     /// Held while the store may be written.
     _lock: Option<WriterLock>,
 }
@@ -216,25 +144,69 @@ impl Store {
     /// # Errors
     /// A file that is no store, is damaged, belongs to another sweep (other settings, version or shard), or is in use.
     pub fn open(path: impl AsRef<Path>, table: &ParameterTable, shard: Option<Shard>, settings: &Json) -> Result<Self> {
-        let store = Self::create(path.as_ref(), &Sweep::of(table, shard, settings), table.file())?;
+        Self::open_with(path, table, shard, settings, |_| Inputs::default())
+    }
+
+    /// [`Store::open`] of jobs whose parameters name files: `inputs` knows them by content. A job whose inputs have changed is
+    /// to be done anew, and [`Store::notes`] names what changed.
+    ///
+    /// # Errors
+    /// As [`Store::open`].
+    pub fn open_with(
+        path: impl AsRef<Path>,
+        table: &ParameterTable,
+        shard: Option<Shard>,
+        settings: &Json,
+        inputs: impl Fn(&Job) -> Inputs,
+    ) -> Result<Self> {
+        let mut store = Self::create(path.as_ref(), &Sweep::of(table, shard, settings), table.file())?;
         let jobs = table.jobs().iter().enumerate().filter(|(at, _)| shard.is_none_or(|shard| shard.has(*at)));
-        let mut connection = store.connection();
-        let failed = |e| failure(&store.path, e);
+        store.put(jobs.map(|(position, job)| Record::new(position, job, inputs(job))))?;
+        Ok(store)
+    }
+
+    /// What a user should know: inputs that have changed, records that are damaged.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// Makes these the jobs of the store, all or none; what it knows of them already is kept if it is of the same inputs.
+    pub(super) fn put(&mut self, records: impl Iterator<Item = Record>) -> Result<()> {
+        let mut changes: BTreeMap<String, usize> = BTreeMap::new();
+        let mut damaged = 0;
+        let path = self.path.clone();
+        let failed = |e| failure(&path, e);
+        let mut connection = self.connection();
         let transaction = connection.transaction().map_err(failed)?;
         transaction.execute("UPDATE jobs SET position = NULL", ()).map_err(failed)?;
-        for (position, job) in jobs {
-            let row = params![job.id, position as i64, job.title, job.json().to_string()];
-            transaction
-                .prepare_cached(
-                    "INSERT INTO jobs (id, position, title, parameters) VALUES (?1, ?2, ?3, ?4)
-                     ON CONFLICT (id) DO UPDATE SET position = ?2, title = ?3, parameters = ?4",
-                )
-                .and_then(|mut statement| statement.execute(row))
+        for mut record in records {
+            let sql = format!("SELECT {COLUMNS} FROM jobs WHERE id = ?1");
+            let known = transaction
+                .prepare_cached(&sql)
+                .and_then(|mut one| one.query_row([&record.id], Record::of_row).optional())
                 .map_err(failed)?;
+            match known {
+                Some(known) if known.damaged => damaged += 1,
+                // A result is not taken back by what is not finished yet.
+                Some(known) if known.is_finished() && (known.state == State::Done || !record.is_finished()) => {
+                    match record.inputs.changed_since(&known.inputs) {
+                        None => record.take_outcome(known),
+                        Some(changed) => *changes.entry(changed).or_default() += 1,
+                    }
+                }
+                Some(known) => record.attempts = record.attempts.max(known.attempts),
+                None => {}
+            }
+            write(&transaction, &record).map_err(failed)?;
         }
         transaction.commit().map_err(failed)?;
         drop(connection);
-        Ok(store)
+        let jobs = |n: usize| if n == 1 { "1 job is".into() } else { format!("{n} jobs are") };
+        self.notes.extend(changes.into_iter().map(|(what, n)| format!("{what}: {} done anew", jobs(n))));
+        if damaged > 0 {
+            self.notes.push(format!("{} done again: their records in the store are damaged", jobs(damaged)));
+        }
+        Ok(())
     }
 
     /// Opens or begins a store with the lock of a writer, checks that it is of this sweep and notes the table.
@@ -277,7 +249,7 @@ impl Store {
             connection.pragma_update(None, "synchronous", "FULL")
         };
         settings().map_err(|e| failure(path, e))?;
-        Ok(Store { path: path.into(), connection: Mutex::new(connection), _lock: lock })
+        Ok(Store { path: path.into(), connection: Mutex::new(connection), notes: Vec::new(), _lock: lock })
     }
 
     /// Whether the file holds nothing yet: it is new, or its maker was killed before the tables were committed.
@@ -363,27 +335,38 @@ impl Store {
 
     /// Notes that a job begins.
     pub(super) fn start(&self, id: &str) -> Result<()> {
-        self.change("UPDATE jobs SET state = 'started', attempts = attempts + 1 WHERE id = ?1", params![id])
+        self.change(id, |record| {
+            record.state = State::Started;
+            record.attempts += 1;
+        })
     }
 
     /// Takes back the beginning of a job that was interrupted.
     pub(super) fn reset(&self, id: &str) -> Result<()> {
-        self.change("UPDATE jobs SET state = 'pending' WHERE id = ?1", params![id])
+        self.change(id, |record| record.state = State::Pending)
     }
 
     /// Keeps a result, or the message of a failure; on the disk when this returns.
-    pub(super) fn finish(&self, id: &str, result: &std::result::Result<Json, String>, seconds: f64) -> Result<()> {
-        let sql = "UPDATE jobs SET state = ?2, result = ?3, message = ?4, seconds = ?5 WHERE id = ?1";
-        match result {
-            Ok(value) => self.change(sql, params![id, "done", value.to_string(), None::<String>, seconds]),
-            Err(message) => self.change(sql, params![id, "failed", None::<String>, message, seconds]),
-        }
+    pub(super) fn finish(&self, id: &str, result: std::result::Result<Json, String>, seconds: f64) -> Result<()> {
+        self.change(id, |record| {
+            record.seconds = Some(seconds);
+            (record.state, record.result, record.message) = match result {
+                Ok(value) => (State::Done, Some(value), None),
+                Err(message) => (State::Failed, None, Some(message)),
+            };
+        })
     }
 
-    fn change(&self, sql: &str, values: impl rusqlite::Params) -> Result<()> {
+    /// Changes a job's record.
+    fn change(&self, id: &str, to: impl FnOnce(&mut Record)) -> Result<()> {
         let connection = self.connection();
-        let changed = connection.prepare_cached(sql).and_then(|mut statement| statement.execute(values));
-        changed.map(drop).map_err(|e| failure(&self.path, e))
+        let sql = format!("SELECT {COLUMNS} FROM jobs WHERE id = ?1");
+        let found = connection.prepare_cached(&sql).and_then(|mut one| one.query_row([id], Record::of_row));
+        let changed = found.and_then(|mut record| {
+            to(&mut record);
+            write(&connection, &record)
+        });
+        changed.map_err(|e| failure(&self.path, e))
     }
 
     /// The jobs of the table, in its order.
@@ -393,39 +376,24 @@ impl Store {
     pub fn records(&self) -> Result<Vec<Record>> {
         let connection = self.connection();
         let failed = |e| failure(&self.path, e);
-        let mut statement = connection
-            .prepare_cached(
-                "SELECT position, id, title, parameters, state, result, message, seconds, attempts FROM jobs
-                 WHERE position IS NOT NULL ORDER BY position",
-            )
-            .map_err(failed)?;
-        let json = |text: String| serde_json::from_str::<Json>(&text).unwrap_or(Json::Null);
-        let rows = statement.query_map((), |row| {
-            Ok(Record {
-                position: row.get::<_, i64>(0)?.max(0) as usize,
-                id: row.get(1)?,
-                title: row.get(2)?,
-                parameters: json(row.get(3)?),
-                state: State::of(&row.get::<_, String>(4)?),
-                result: row.get::<_, Option<String>>(5)?.map(json),
-                message: row.get(6)?,
-                seconds: row.get(7)?,
-                attempts: row.get(8)?,
-            })
-        });
-        rows.map_err(failed)?.collect::<rusqlite::Result<_>>().map_err(failed)
+        let sql = format!("SELECT {COLUMNS} FROM jobs WHERE position IS NOT NULL ORDER BY position");
+        let mut statement = connection.prepare_cached(&sql).map_err(failed)?;
+        let rows = statement.query_map((), Record::of_row).map_err(failed)?;
+        rows.collect::<rusqlite::Result<_>>().map_err(failed)
     }
 
-    /// How many jobs there are, are done and have failed.
+    /// How many jobs there are, are done and have failed; one whose record is damaged is neither.
     ///
     /// # Errors
     /// A store that cannot be read.
     pub fn counts(&self) -> Result<Counts> {
-        let sql = "SELECT count(*), count(nullif(state = 'done', 0)), count(nullif(state = 'failed', 0)) FROM jobs
-                   WHERE position IS NOT NULL";
-        let numbers = self.connection().query_row(sql, (), |row| Ok([row.get(0)?, row.get(1)?, row.get(2)?]));
-        let [all, done, failed] = numbers.map_err(|e| failure(&self.path, e))?.map(|n: i64| n.max(0) as usize);
-        Ok(Counts { all, done, failed })
+        let mut counts = Counts::default();
+        for record in self.records()? {
+            counts.all += 1;
+            counts.done += usize::from(record.state == State::Done);
+            counts.failed += usize::from(record.state == State::Failed);
+        }
+        Ok(counts)
     }
 
     /// The table of [`Store::table`] as CSV text.
@@ -547,25 +515,28 @@ fn lock(path: &Path) -> Result<WriterLock> {
     let mut name = path.as_os_str().to_owned();
     name.push(".lock");
     let name = PathBuf::from(name);
-    let file = File::options().create(true).truncate(false).write(true).open(&name);
-    let file = file.map_err(|e| Error::file("write", &name, e))?;
+    let file = File::options().create(true).truncate(false).read(true).write(true).open(&name);
+    let mut file = file.map_err(|e| Error::file("write", &name, e))?;
     match file.try_lock() {
-        Ok(()) => Ok(WriterLock(file)),
-        Err(std::fs::TryLockError::WouldBlock) => Err(in_use(path)),
+        Ok(()) => {
+            let _ = say_who(&mut file);
+            Ok(WriterLock(file))
+        }
+        Err(std::fs::TryLockError::WouldBlock) => Err(in_use(path, &who(&mut file))),
         // Some network file systems know no locks; SQLite's own keep the file whole.
         Err(std::fs::TryLockError::Error(_)) => Ok(WriterLock(file)),
     }
 }
 
-fn in_use(path: &Path) -> Error {
+fn in_use(path: &Path, who: &str) -> Error {
     let remedy = "wait for it, stop it, or give this one a store or shard of its own";
-    Error::input("another process is running this sweep", remedy).at(path.display())
+    Error::input(format!("another process is running this sweep: {who}"), remedy).at(path.display())
 }
 
 /// What SQLite says, in our words.
 pub(super) fn failure(path: &Path, error: rusqlite::Error) -> Error {
     match error.sqlite_error_code() {
-        Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => in_use(path),
+        Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => in_use(path, "it holds the store"),
         Some(ErrorCode::NotADatabase) => {
             Error::input("the file is not the store of a sweep", "give another name").at(path.display())
         }
