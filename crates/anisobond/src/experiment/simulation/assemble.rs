@@ -6,8 +6,8 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::calibration::{
-    CrackPlanes, CriticalStretches, EnergyByNormal, Evidence, FractureReport, HybridForm, LowerBound, Model, ModelCalibrator,
-    ModelSettings, Outcome, StabilityEvidence, SurfaceStencil, surface_stencils,
+    CrackPlanes, CriticalStretches, EnergyByNormal, Evidence, FractureReport, HybridForm, LowerBound, Model,
+    ModelCalibrator, ModelSettings, Outcome, StabilityEvidence, SurfaceStencil, surface_stencils,
 };
 use crate::experiment::problem::{Crack, FractureEnergy, Problem, RegionMaterial, Softening};
 use crate::lattice::Neighbourhood;

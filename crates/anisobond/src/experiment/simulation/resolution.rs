@@ -120,7 +120,8 @@ impl Problem {
                 let at = |steps: usize| tip + outward * (steps as f64 * spacing);
                 let ends = |steps: &usize| {
                     let others = self.cracks.iter().enumerate().filter(|(n, _)| *n != number);
-                    let crossed = others.map(|(_, c)| c).any(|c| c.cuts(&at(steps - 1), &at(*steps), Crack::TIE * spacing));
+                    let crossed =
+                        others.map(|(_, c)| c).any(|c| c.cuts(&at(steps - 1), &at(*steps), Crack::TIE * spacing));
                     crossed || !self.has_at(&at(*steps))
                 };
                 let inside = self.has_at(&(tip + outward * (0.25 * spacing)));

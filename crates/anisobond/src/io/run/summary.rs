@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::experiment::{
-    CellState, CrackPath, InterfaceEvidence, Leavers, Ledger, Outcome, Overlap, PackingEvidence, PackingSimulation, Peak,
-    RegionEvidence, Simulation, StaticEvidence, StepEvidence,
+    CellState, CrackPath, InterfaceEvidence, Leavers, Ledger, Outcome, Overlap, PackingEvidence, PackingSimulation,
+    Peak, RegionEvidence, Simulation, StaticEvidence, StepEvidence,
 };
 use crate::solver::SolverReport;
 

@@ -169,8 +169,7 @@ impl<'a> Equilibrium<'a> {
                     conjugate_gradients(self.operator, &rest, &rise, &self.free, &**p, &mut step, &first, self.look);
                 add_scaled(&mut u, 1.0, &step);
                 self.supports.impose(&mut u);
-                let mut report =
-                    newton(self.operator, residual, &**p, &self.free, scale, &mut u, stopping, self.look);
+                let mut report = newton(self.operator, residual, &**p, &self.free, scale, &mut u, stopping, self.look);
                 report.iterations += linear.iterations;
                 report.applications += linear.applications + 1;
                 report
