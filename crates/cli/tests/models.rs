@@ -26,7 +26,11 @@ fn check(r: &Value, model: &str) {
     // Nor without saying how that is known, and by what margin.
     let evidence = r["stability"]["evidence"].as_str().unwrap();
     assert!(evidence == "proved" || (stable && evidence == "sampled"), "{r}");
-    assert_eq!(stable && evidence == "proved", r["stability"]["bound"].as_f64().is_some_and(|bound| bound > 0.0), "{r}");
+    assert_eq!(
+        stable && evidence == "proved",
+        r["stability"]["bound"].as_f64().is_some_and(|bound| bound > 0.0),
+        "{r}"
+    );
     assert!(number(r, "/stability/margin") < 1.0 && r["stability"]["at"] == r["smallest_at_phases"], "{r}");
     assert!(r["outcome"] != "not-converged" && (r["outcome"] == "feasible") == (r["feasible"] == true), "{r}");
     if !r["long_wave_order_of_reached"].is_null() && number(r, "/long_wave_error_of_reached") < 0.05 {
