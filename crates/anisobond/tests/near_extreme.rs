@@ -58,11 +58,12 @@ fn check(grid: &Neighbourhood, c: &Stiffness, name: &str) -> Outcome {
             }
         }
         Outcome::Infeasible => {
-            let i = r.infeasibility.unwrap();
+            let i = r.infeasibility.as_ref().unwrap();
             assert!(i.largest_bond_product <= 0.0 && i.target_product > 0.0 && i.distance > 1e-13, "{name}: {i:?}");
             assert!((error - i.distance).abs() <= 1e-9, "{name}: {error:e} {:e}", i.distance);
         }
-        Outcome::NotConverged => assert!(!r.feasible() || !r.converged, "{name}"),
+        // The tensor may be reached without a proof that the norm is the least.
+        Outcome::NotConverged => assert!(!r.converged && r.residual <= 1e-12, "{name}: {:e}", r.residual),
     }
     r.outcome()
 }
@@ -137,7 +138,9 @@ fn micropolar_targets_next_to_the_border_converge() {
                 continue;
             }
             let r = calibrator.calibrate(&c, Promise::Sum).unwrap();
-            assert!(r.outcome() == Outcome::Feasible && r.residual <= 1e-12, "{epsilon:e} {count}: {:e}", r.residual);
+            // Reached; that the norm is the least is proved, or `converged` is false.
+            assert!(r.feasible() && r.residual <= 1e-12, "{epsilon:e} {count}: {:e}", r.residual);
+            assert!(r.converged == (r.outcome() == Outcome::Feasible), "{epsilon:e} {count}");
         }
     }
 }

@@ -216,7 +216,7 @@ fn central_bonds_with_zeros_are_proved_over_the_zone() {
 #[test]
 fn what_is_not_proved_says_so() {
     let grid = Neighbourhood::sphere(3.0, 1.0, Influence::Inverse).unwrap();
-    let c = Material::builtin("Te2W").unwrap().stiffness;
+    let c = Material::builtin("KIO3").unwrap().stiffness;
     let r = HybridCalibrator::new(&grid).unwrap().calibrate_as(&c, HybridForm::Remainder).unwrap();
     let dispersion = Dispersion::new(&grid, &r.bonds.micromodulus, &r.nodal).unwrap();
     for (most, evidence) in [(0, Evidence::Sampled), (100, Evidence::Sampled), (100_000, Evidence::Proved)] {

@@ -129,7 +129,7 @@ impl<'a> HybridCalibrator<'a> {
         Ok(HybridCalibrator { calibrator: Calibrator::new(neighbourhood), average, directions, uniform, proves: true })
     }
 
-    /// Leave the stability of waves to the search, which is some ten times faster, where the signs of the bonds and of Z
+    /// Leave the stability of waves to the search, which is several to tens of times faster, where the signs of the bonds and of Z
     /// do not prove it.
     #[must_use]
     pub fn without_proof(mut self) -> Self {

@@ -16,6 +16,9 @@ const DEPENDENT: f64 = 1e-14;
 /// How much s v·y must be above the bound, relative to the largest c, for a held ray to be let go.
 const RELEASED: f64 = 1e-11;
 
+/// The same for a ray that was refused, up to which the norm still counts as the least.
+const LEAST: f64 = 1e-6;
+
 /// Rounds per ray at most; about two are used.
 const MOST_ROUNDS: usize = 6;
 
@@ -64,7 +67,7 @@ pub fn least_norm<const D: usize>(
                 }
                 before = norm;
                 if !descent.release(&y, share, &mut refused) {
-                    least = true;
+                    least = descent.is_least(&y);
                     break;
                 }
             }
@@ -133,6 +136,15 @@ impl<'a, const D: usize> Descent<'a, D> {
         let held = self.free.swap_remove(k);
         self.z[held] = self.lowest[held];
         Step::Blocked { moved: step > 1e-12 }
+    }
+
+    /// Whether no held ray, of the refused ones neither, would lower the norm.
+    fn is_least(&self, y: &Coordinates<D>) -> bool {
+        let largest = (0..self.z.len()).map(|i| self.z[i] / self.root[i]).fold(0.0, f64::max);
+        let most = LEAST * largest + 4.0 * f64::EPSILON * y.norm();
+        let held = (0..self.z.len()).filter(|i| !self.free.contains(i));
+        held.map(|i| at(self.rays.share(), i) * self.rays.quartic(i).dot(y) - self.lowest[i] / self.root[i])
+            .all(|above| above <= most)
     }
 
     /// Let go of held rays whose s v·y is above the bound, those within a share of the highest; false if there is none.

@@ -35,7 +35,7 @@ pub enum ModelCalibrator<'a> {
 pub enum Proof {
     /// A bound over the whole Brillouin zone where the signs of the bonds are not proof enough.
     Zone,
-    /// What the signs do not prove is sampled: for tables, for it is some ten times faster.
+    /// What the signs do not prove is sampled: for tables, for it is several to tens of times faster.
     Signs,
 }
 
