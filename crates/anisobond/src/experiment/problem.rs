@@ -130,6 +130,14 @@ pub enum Crack {
 }
 
 impl Crack {
+    /// A point of its plane (m) and the unit normal.
+    pub fn plane(&self) -> (Vector3<f64>, Vector3<f64>) {
+        match self {
+            Crack::Disc { centre, normal, .. } => (*centre, *normal),
+            Crack::Parallelogram { corner, a, b } => (*corner, a.cross(b).normalize()),
+        }
+    }
+
     /// Whether the bond from p to q (m) passes through the surface. A bond with an end in the crack's plane counts for
     /// the end on the side of the normal, so that a plane through nodes cuts each bond once.
     pub fn cuts(&self, p: &Vector3<f64>, q: &Vector3<f64>) -> bool {

@@ -2,13 +2,14 @@
 
 use std::collections::HashMap;
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::calibration::{
     CrackPlanes, CriticalStretches, EnergyByNormal, FractureReport, HybridForm, LowerBound, Model, ModelCalibrator,
     ModelSettings, SurfaceStencil, surface_stencils,
 };
-use crate::experiment::problem::{FractureEnergy, Problem, RegionMaterial, Softening};
+use crate::experiment::problem::{Crack, FractureEnergy, Problem, RegionMaterial, Softening};
 use crate::lattice::Neighbourhood;
 use crate::operator::grid::{FailingBonds, GridBonds, LinearSoftening, Stencil};
 use crate::tensor::Stiffness;
@@ -160,8 +161,9 @@ pub(super) fn bonds(problem: &Problem) -> Result<(FailingBonds, Vec<RegionEviden
     };
     let (of_node, stencils) = spare(problem, of_node, stencils)?;
     let mut bonds = GridBonds::new(problem.body.clone(), neighbourhood, of_node, stencils)?;
-    for crack in &problem.cracks {
-        bonds.cut(|p, q| crack.cuts(p, q));
+    let near = near_planes(problem);
+    for (crack, near) in problem.cracks.iter().zip(&near) {
+        bonds.cut(|p, q| near(p) && crack.cuts(p, q));
     }
     let bonds = match problem.softening {
         Softening::Brittle => FailingBonds::brittle(bonds),
@@ -193,10 +195,22 @@ fn spare(problem: &Problem, mut of_node: Vec<u16>, mut stencils: Vec<Stencil>) -
 /// Whether no pre-crack cuts a bond of a node.
 fn connected(problem: &Problem) -> impl Fn(usize, usize) -> bool + Sync + '_ {
     let bonds = problem.neighbourhood.bonds();
+    let near = near_planes(problem);
     move |node, bond| {
         // A bond is cut as seen from its first end, the one whose offset is positive.
         let (p, xi) = (problem.body.grid.position(node), bonds[bond].xi);
         let (from, to) = if bond >= bonds.len() / 2 { (p, p + xi) } else { (p + xi, p) };
-        !problem.cracks.iter().any(|crack| crack.cuts(&from, &to))
+        !problem.cracks.iter().zip(&near).any(|(crack, near)| near(&from) && crack.cuts(&from, &to))
     }
+}
+
+/// By crack, whether a bond from a point may reach its plane: asked before the rest, for most bonds are far from it.
+fn near_planes(problem: &Problem) -> Vec<impl Fn(&Vector3<f64>) -> bool + Sync> {
+    let longest = problem.neighbourhood.bonds().iter().map(|b| b.xi.norm()).fold(0.0, f64::max);
+    let reach = 1.001 * longest;
+    let of = |crack: &Crack| {
+        let (origin, normal) = crack.plane();
+        move |p: &Vector3<f64>| normal.dot(&(p - origin)).abs() <= reach
+    };
+    problem.cracks.iter().map(of).collect()
 }

@@ -85,6 +85,8 @@ pub struct Simulation {
     crack: CrackFront,
     outcome: Outcome,
     overlap: Option<Overlap>,
+    /// Whether the body is in parts from the start.
+    apart: bool,
     broken: Option<BrokenState>,
     warnings: Vec<String>,
 }
@@ -128,13 +130,10 @@ impl Simulation {
         let unstable = regions.iter().filter(|r| !r.stable);
         let unstable = unstable.map(|r| format!("region {}: some wave of its grid has no positive energy", r.name));
         let fracture = regions.iter().filter_map(RegionEvidence::fracture_warning);
+        let parts = resolution::parts(&bonds);
         let mut simulation = Simulation {
-            warnings: warnings
-                .chain(unstable)
-                .chain(fracture)
-                .chain(problem.coarse())
-                .chain(resolution::parts(&bonds))
-                .collect(),
+            apart: !parts.is_empty(),
+            warnings: warnings.chain(unstable).chain(fracture).chain(problem.coarse()).chain(parts).collect(),
             bond_count: bonds.grid().unbroken() as u64,
             u: bonds.grid().padded(),
             crack: CrackFront::new(&problem, &bonds),
@@ -257,6 +256,10 @@ impl Simulation {
 
     /// Note how far parts lie in each other now.
     fn look_for_overlap(&mut self) {
+        // What hangs together as at the start is nowhere in itself, unless it folds.
+        if !self.apart && self.problem.cracks.is_empty() && self.ledger.broken_bonds == 0 {
+            return;
+        }
         let now = (self.time(), self.is_motion());
         self.overlap = overlap::look(&self.problem, &self.bonds, &self.u, now, self.overlap.take());
     }
