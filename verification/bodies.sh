@@ -54,7 +54,8 @@ hold on flat faces only: at edges, products or sums of the faces' factors left 1
 ## How many nodes a dimension needs
 
 `python verification/coarse.py target/release/anisobond`. Stiffness in tension and bending, and contraction, over the closed form's, less 1. The numbers of the
-strip are those that `check` and `run` name. With ν = ¼ hybrid bonds are central ones. A ligament between a hole and a face, or between the
+strip are those that `check` and `run` name. A dash: no stiffness, or
+a solve that did not converge. A ligament between a hole and a face, or between the
 tip of a crack and a face, is a strip. On a square grid radii of holes are as exact as the staircase lets them be, so errors do not
 fall evenly.
 

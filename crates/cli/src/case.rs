@@ -5,10 +5,12 @@ use anisobond::io::{CaseFile, CasePlan, ConditionPlan, LatticeKind, PackingPlan,
 use anisobond::{Error, Result};
 use serde::Serialize;
 
-use crate::{Ending, args, text};
+use crate::{Ending, args, text, waiting};
 
 pub fn check(args: &args::CheckCase) -> Result<Ending> {
-    let (document, words) = checked(&CaseFile::read(&args.case.case, &args.case.set)?)?;
+    let (document, words) = waiting::said("filling the body, calibrating its bonds, timing a pass over them", || {
+        checked(&CaseFile::read(&args.case.case, &args.case.set)?)
+    })?;
     if args.json {
         text::print_json(&document)?;
     } else {

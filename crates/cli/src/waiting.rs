@@ -35,3 +35,24 @@ pub fn watched<T: Send>(work: impl FnOnce(&Arc<Watch>) -> Result<T> + Send) -> R
     line.finish_and_clear();
     result
 }
+
+/// Work that cannot be stopped; what it does is said after a second, where stderr is a terminal.
+pub fn said<T>(what: &'static str, work: impl FnOnce() -> Result<T>) -> Result<T> {
+    let (line, over) = (ProgressBar::new_spinner(), AtomicBool::new(false));
+    let result = std::thread::scope(|scope| {
+        let show = scope.spawn(|| {
+            std::thread::park_timeout(Duration::from_secs(1));
+            while !over.load(Ordering::Relaxed) {
+                line.set_message(what);
+                line.tick();
+                std::thread::park_timeout(PACE);
+            }
+        });
+        let result = work();
+        over.store(true, Ordering::Relaxed);
+        show.thread().unpark();
+        result
+    });
+    line.finish_and_clear();
+    result
+}

@@ -131,6 +131,14 @@ pub enum Crack {
 }
 
 impl Crack {
+    /// A point of its plane (m) and the unit normal.
+    pub fn plane(&self) -> (Vector3<f64>, Vector3<f64>) {
+        match self {
+            Crack::Disc { centre, normal, .. } => (*centre, *normal),
+            Crack::Parallelogram { corner, a, b } => (*corner, a.cross(b).normalize()),
+        }
+    }
+
     /// Whether the bond from p to q (m) passes through the surface, to a tolerance (m) far above the rounding of places and far
     /// below their distances: [`Crack::TIE`] spacings, or radii of the smallest sphere.
     ///
@@ -138,10 +146,7 @@ impl Crack {
     /// each bond once and bonds in it not at all; what passes as near to its rim is cut. So a crack along lines of the lattice
     /// cuts whole families of bonds, whatever its direction, as one does that is a little off the nodes.
     pub fn cuts(&self, p: &Vector3<f64>, q: &Vector3<f64>, tolerance: f64) -> bool {
-        let (origin, normal) = match self {
-            Crack::Disc { centre, normal, .. } => (centre, *normal),
-            Crack::Parallelogram { corner, a, b } => (corner, a.cross(b).normalize()),
-        };
+        let (origin, normal) = self.plane();
         let (dp, dq) = (normal.dot(&(p - origin)), normal.dot(&(q - origin)));
         if (dp < -tolerance) == (dq < -tolerance) {
             return false;

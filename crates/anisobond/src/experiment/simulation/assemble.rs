@@ -264,8 +264,10 @@ pub(super) fn bonds(problem: &Problem) -> Result<(FailingBonds, Vec<RegionEviden
     };
     let (of_node, stencils) = spare(problem, of_node, stencils)?;
     let mut bonds = GridBonds::new(problem.body.clone(), neighbourhood, of_node, stencils)?;
-    for crack in &problem.cracks {
-        bonds.cut(|p, q| crack.cuts(p, q, Crack::TIE * neighbourhood.spacing()));
+    let tolerance = Crack::TIE * neighbourhood.spacing();
+    let near = near_planes(problem);
+    for (crack, near) in problem.cracks.iter().zip(&near) {
+        bonds.cut(|p, q| near(p) && crack.cuts(p, q, tolerance));
     }
     let bonds = match problem.softening {
         Softening::Brittle => FailingBonds::brittle(bonds),
@@ -298,6 +300,7 @@ fn spare(problem: &Problem, mut of_node: Vec<u16>, mut stencils: Vec<Stencil>) -
 fn connected(problem: &Problem) -> impl Fn(usize, usize) -> bool + Sync + '_ {
     let (grid, bonds) = (&problem.body.grid, problem.neighbourhood.bonds());
     let tolerance = Crack::TIE * problem.neighbourhood.spacing();
+    let near = near_planes(problem);
     move |node, bond| {
         // A bond is cut as seen from its first end, from which its offset is positive.
         let (first, bond) = match bond >= bonds.len() / 2 {
@@ -307,7 +310,18 @@ fn connected(problem: &Problem) -> impl Fn(usize, usize) -> bool + Sync + '_ {
         first.is_some_and(|first| {
             let from = grid.position(first);
             let to = from + bonds[bond].xi;
-            !problem.cracks.iter().any(|crack| crack.cuts(&from, &to, tolerance))
+            !problem.cracks.iter().zip(&near).any(|(crack, near)| near(&from) && crack.cuts(&from, &to, tolerance))
         })
     }
+}
+
+/// By crack, whether a bond from a point may reach its plane: asked before the rest, for most bonds are far from it.
+fn near_planes(problem: &Problem) -> Vec<impl Fn(&Vector3<f64>) -> bool + Sync> {
+    let longest = problem.neighbourhood.bonds().iter().map(|b| b.xi.norm()).fold(0.0, f64::max);
+    let reach = 1.001 * longest;
+    let of = |crack: &Crack| {
+        let (origin, normal) = crack.plane();
+        move |p: &Vector3<f64>| normal.dot(&(p - origin)).abs() <= reach
+    };
+    problem.cracks.iter().map(of).collect()
 }

@@ -124,6 +124,8 @@ pub struct Simulation {
     crack: CrackFront,
     outcome: Outcome,
     overlap: Option<Overlap>,
+    /// Whether the body is in parts from the start.
+    apart: bool,
     broken: Option<BrokenState>,
     warnings: Vec<String>,
 }
@@ -159,8 +161,10 @@ impl Simulation {
         let problem = problem.checked()?;
         let (bonds, regions, reached) = assemble::bonds(&problem)?;
         let loading = Loading::new(&problem)?;
+        let parts = resolution::parts(&bonds);
         let mut simulation = Simulation {
-            warnings: [assemble::warnings(&regions), problem.coarse(), resolution::parts(&bonds)].concat(),
+            apart: !parts.is_empty(),
+            warnings: [assemble::warnings(&regions), problem.coarse(), parts].concat(),
             bond_count: bonds.grid().unbroken() as u64,
             u: bonds.grid().padded(),
             crack: CrackFront::new(&problem, &bonds),
@@ -281,6 +285,10 @@ impl Simulation {
 
     /// Note how far parts lie in each other now.
     fn look_for_overlap(&mut self) {
+        // What hangs together as at the start is nowhere in itself, unless it folds.
+        if !self.apart && self.problem.cracks.is_empty() && self.ledger.broken_bonds == 0 {
+            return;
+        }
         let now = (self.time(), self.is_motion());
         self.overlap = overlap::look(&self.problem, &self.bonds, &self.u, now, self.overlap.take());
     }

@@ -16,6 +16,12 @@ const BEYOND: f64 = 2.0;
 /// ... by more than this part of the largest opening or closing anywhere, ...
 const RELATIVE: f64 = 0.01;
 
+/// ... by more than this part of the largest displacement, which rounding and solvers may leave, ...
+const ROUNDING: f64 = 1e-6;
+
+/// ... by more than this part of the whole relative displacement, most of which may be sliding, ...
+const CLOSING: f64 = 0.1;
+
 /// ... and, in motion, where waves press faces together everywhere, by more than this part of a spacing.
 const FLOOR: f64 = 0.01;
 
@@ -77,11 +83,15 @@ pub(super) fn look(
     let spacing = problem.body.grid.spacing;
     let openings = bonds.grid().openings(u, problem.kinematics);
     let largest = openings.iter().map(|o| o.opening.abs()).fold(0.0, f64::max);
-    let floor = (RELATIVE * largest).max(if motion { FLOOR * spacing } else { 0.0 });
-    let closed = openings.iter().filter(|o| -o.opening > floor && -o.opening > BEYOND * o.compression);
+    let farthest = farthest(&problem.body, u);
+    let floor = (RELATIVE * largest).max(ROUNDING * farthest).max(if motion { FLOOR * spacing } else { 0.0 });
+    let closed = openings.iter().filter(|o| -o.opening > floor.max(BEYOND * o.compression).max(CLOSING * o.jump));
     let faces =
         closed.max_by(|a, b| b.opening.total_cmp(&a.opening)).map(|o| (-o.opening, o.node, Between::CrackFaces));
-    let pieces = deepest_pieces(&problem.body, bonds, u).map(|(depth, node)| (depth, node, Between::Pieces));
+    // Nodes start a spacing apart.
+    let near = (0.5 * (1.0 - NEAR) * spacing..f64::INFINITY).contains(&farthest);
+    let pieces = near.then(|| deepest_pieces(&problem.body, bonds, u)).flatten();
+    let pieces = pieces.map(|(depth, node)| (depth, node, Between::Pieces));
     let found = faces.into_iter().chain(pieces).map(|(depth, node, between)| Overlap {
         depth,
         at: problem.body.grid.position(node as usize).into(),
@@ -97,11 +107,6 @@ fn deepest_pieces(body: &Body, bonds: &FailingBonds, u: &Padded<f64>) -> Option<
     let (grid, spacing) = (&body.grid, body.grid.spacing);
     let nodes: Vec<u32> = (0..grid.len() as u32).filter(|&node| body.has(node as usize)).collect();
     let moved = |node: u32| Vector3::from(u.at(node as usize));
-    // Nodes start a spacing apart.
-    let farthest = nodes.par_iter().map(|&node| moved(node).norm()).reduce(|| 0.0, f64::max);
-    if farthest < 0.5 * (1.0 - NEAR) * spacing || !farthest.is_finite() {
-        return None;
-    }
     let exposed = |node: u32| bonds.wholeness(node as usize) < 1.0 - 1e-9;
     let outer: Vec<u32> = nodes.par_iter().copied().filter(|&node| exposed(node)).collect();
     let place = |node: u32| grid.position(node as usize) + moved(node) - grid.origin;
@@ -131,6 +136,12 @@ fn deepest_pieces(body: &Body, bonds: &FailingBonds, u: &Padded<f64>) -> Option<
     };
     let deeper = |a: (f64, u32), b: (f64, u32)| if (b.0, a.1) > (a.0, b.1) { b } else { a };
     outer.par_iter().filter_map(of_node).reduce_with(deeper)
+}
+
+/// The largest displacement of a node (m).
+fn farthest(body: &Body, u: &Padded<f64>) -> f64 {
+    let length = |node: usize| if body.has(node) { Vector3::from(u.at(node)).norm() } else { 0.0 };
+    (0..body.grid.len()).into_par_iter().with_min_len(4096).map(length).reduce(|| 0.0, f64::max)
 }
 
 /// Third axis first, so that cells in a row follow each other.

@@ -363,10 +363,7 @@ fn cuts_any(crack: &Crack, body: &Body, neighbourhood: &Neighbourhood) -> bool {
     let bonds = neighbourhood.bonds();
     let reach = bonds.iter().map(|b| b.xi.norm()).fold(0.0, f64::max);
     let tolerance = Crack::TIE * body.grid.spacing;
-    let (origin, normal) = match crack {
-        Crack::Disc { centre, normal, .. } => (*centre, *normal),
-        Crack::Parallelogram { corner, a, b } => (*corner, a.cross(b).normalize()),
-    };
+    let (origin, normal) = crack.plane();
     let cut = |n: usize| {
         let x = body.grid.position(n);
         let near = body.has(n) && normal.dot(&(x - origin)).abs() <= reach + tolerance;

@@ -19,14 +19,17 @@ pub struct Opening {
     pub node: u32,
     /// Mean distance (m) along the crack's normal by which they have moved away; negative where they came nearer.
     pub opening: f64,
+    /// Length of the whole relative displacement (m), sliding included.
+    pub jump: f64,
     /// By how much the most compressed of the node's unbroken bonds would shorten over that distance (m).
     pub compression: f64,
 }
 
 impl GridBonds<f64> {
     /// Openings at nodes that lack bonds to one side, in the order of nodes. For bonds ξ that were cut or are broken, with relative
-    /// displacements η, n is the direction of Σ ξ, turned with the node's unbroken bonds at finite stretch, and the opening is the
-    /// mean of n·(ξ + η) less that of n·ξ before: sliding along the crack opens nothing.
+    /// displacements η, n is the direction from the mean of the unbroken ξ to that of these, for outer faces truncate both alike;
+    /// at finite stretch it is turned with the unbroken bonds. The opening is the mean of n·(ξ + η) less that of n·ξ before: sliding
+    /// along the crack opens nothing.
     pub fn openings(&self, u: &Padded<f64>, kinematics: Kinematics) -> Vec<Opening> {
         let (n, layout) = (self.row_nodes(), &*self.layout);
         let of = |node: usize| {
@@ -52,11 +55,14 @@ impl GridBonds<f64> {
         let here = Vector3::from(u.at(node));
         let (mut xi_sum, mut eta_sum, mut lengths, mut count) = (Vector3::zeros(), Vector3::zeros(), 0.0, 0);
         let (mut shortest, mut turned) = (0.0_f64, Matrix3::zeros());
+        let (mut rest, mut others) = (Vector3::zeros(), 0);
         for (xi, other, unbroken) in self.all_bonds(node) {
             let eta = Vector3::from(u.at(other)) - here;
             if unbroken {
                 shortest = shortest.min(elongation(kinematics, &xi, &eta).0 / xi.norm());
                 turned += (xi + eta) * xi.transpose();
+                rest += xi;
+                others += 1;
             } else {
                 xi_sum += xi;
                 eta_sum += eta;
@@ -71,13 +77,15 @@ impl GridBonds<f64> {
             Kinematics::Linear => Matrix3::identity(),
             Kinematics::Finite => rotation(&turned)?,
         };
-        let (before, now) = (turn * xi_sum, xi_sum + eta_sum);
-        let normal = before.normalize();
-        let mean = 1.0 / f64::from(count as u32);
+        let mean = |sum: Vector3<f64>, count: usize| sum / (count.max(1) as f64);
+        let xi = mean(xi_sum, count);
+        let normal = (xi - mean(rest, others)).normalize();
+        let jump = xi + mean(eta_sum, count) - turn * xi;
         Some(Opening {
             node: node as u32,
-            opening: mean * normal.dot(&(now - before)),
-            compression: -shortest * mean * xi_sum.norm(),
+            opening: (turn * normal).dot(&jump),
+            jump: jump.norm(),
+            compression: -shortest * normal.dot(&xi).abs(),
         })
     }
 
