@@ -41,7 +41,8 @@ fn setup(nodes: [usize; 3], periodic: [bool; 3], radius: f64, count: usize, void
     (0..body.grid.len()).filter(|&i| voids && noise(77 + i as u64) > 0.8).for_each(|i| body.region[i] = 0);
     let bonds = neighbourhood.bonds().len();
     let stencils = (0..count).map(|s| {
-        let micro: Vec<f64> = (0..bonds).map(|b| 1e18 * (2.0 + noise((1000 * s + b.min(bonds - 1 - b)) as u64))).collect();
+        let micro: Vec<f64> =
+            (0..bonds).map(|b| 1e18 * (2.0 + noise((1000 * s + b.min(bonds - 1 - b)) as u64))).collect();
         Stencil { nodal: (s != 2).then(|| anisotropic(10 * s as u64)), ..Stencil::new(&neighbourhood, &micro) }
     });
     let stencils = stencils.collect();
@@ -229,7 +230,8 @@ fn rigid_turns_cost_nothing() {
             let (cost, full) = (energy(&bonds, &turned), energy(&bonds, &stretched));
             assert!(cost < 1e-12 * full, "{number} {axis:?} {degrees}: {cost:e} of {full:e}");
             let twin = naive.response(&turned, Kinematics::Finite, false);
-            let (pull, reference) = (forces(&bonds, &turned, Kinematics::Finite), forces(&bonds, &stretched, Kinematics::Finite));
+            let (pull, reference) =
+                (forces(&bonds, &turned, Kinematics::Finite), forces(&bonds, &stretched, Kinematics::Finite));
             assert!(twin.energy.iter().sum::<f64>() < 1e-12 * full);
             for f in [&pull, &twin.forces] {
                 assert!(largest(f) < 1e-9 * largest(&reference), "{number} {axis:?} {degrees}");

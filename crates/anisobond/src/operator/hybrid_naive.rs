@@ -51,7 +51,14 @@ impl<'a> PeriodicHybrid<'a> {
             ));
         }
         let average = StrainAverage::new(neighbourhood)?;
-        Ok(PeriodicHybrid { neighbourhood, average, micromodulus, nodal: *nodal, cells, kinematics: Kinematics::Linear })
+        Ok(PeriodicHybrid {
+            neighbourhood,
+            average,
+            micromodulus,
+            nodal: *nodal,
+            cells,
+            kinematics: Kinematics::Linear,
+        })
     }
 
     /// The same block with other kinematics than linear ones.

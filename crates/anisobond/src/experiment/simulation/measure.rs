@@ -57,7 +57,8 @@ impl Simulation {
                 // Forces of the last step; all are found anew only for other nodes than the problem's probes, or after a restart.
                 let known = nodes().all(|node| self.reactions.at(node).is_some());
                 let anew = (!known).then(|| self.forces());
-                let force = |node| anew.as_ref().map_or_else(|| self.reactions.at(node).unwrap_or_default(), |f| f.at(node));
+                let force =
+                    |node| anew.as_ref().map_or_else(|| self.reactions.at(node).unwrap_or_default(), |f| f.at(node));
                 (-sum(&force)).iter().copied().collect()
             }
             Quantity::Damage => {

@@ -22,7 +22,11 @@ impl Simulation {
         let Stage::Motion { evidence, last, .. } = &mut self.stage else { return Ok(()) };
         let strain = last.nodal_strain;
         let forced = matches!(self.problem.schedule, Schedule::Motion { force_step: true, .. });
-        if forced || self.problem.kinematics != Kinematics::Finite || strain.is_nan() || strain < self.looked_at + GROWTH {
+        if forced
+            || self.problem.kinematics != Kinematics::Finite
+            || strain.is_nan()
+            || strain < self.looked_at + GROWTH
+        {
             return Ok(());
         }
         self.looked_at = strain;

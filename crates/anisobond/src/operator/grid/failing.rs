@@ -122,7 +122,8 @@ impl FailingBonds {
             }
         }
         soft.renew(begun);
-        let nodal = self.grid.clear_with_nodal(&events, u, kinematics, behind.map(|(velocity, step)| (velocity, -step)));
+        let nodal =
+            self.grid.clear_with_nodal(&events, u, kinematics, behind.map(|(velocity, step)| (velocity, -step)));
         Failure { energy: summed(&changes) + nodal, ..counted(&changes) }
     }
 
@@ -373,13 +374,7 @@ impl GridBonds<f64> {
     /// On a way w from u to u' a changing quadratic energy ½ B(u, u) loses ½ B(u, u') − ½ B'(u, u'), and ½ B(u, u') is the
     /// energy of the mean of both less that of half their difference. Of any energy W it is W(u) + ½ W'(u) w, which at finite
     /// stretch leaves an error of second order in the step.
-    fn clear_with_nodal(
-        &mut self,
-        events: &[Event],
-        u: &Padded<f64>,
-        kinematics: Kinematics,
-        way: Option<Way>,
-    ) -> f64 {
+    fn clear_with_nodal(&mut self, events: &[Event], u: &Padded<f64>, kinematics: Kinematics, way: Option<Way>) -> f64 {
         let broken = || events.iter().map(|&(node, p)| (node as usize, usize::from(p)));
         if !self.has_nodal_term() || events.is_empty() {
             self.fail_bonds(broken());
