@@ -102,7 +102,9 @@ struct About {
     damping_ahead: f64,
     fracture_ahead: f64,
     softened: usize,
+    #[serde(default)]
     looked_at: f64,
+    #[serde(default)]
     stable: Option<f64>,
 }
 
