@@ -1,11 +1,11 @@
 //! Bodies with nodal terms that turn and bend far, and reaction probes.
 
-use anisobond::experiment::{Condition, Probe, Problem, Quantity, Simulation};
+use anisobond::experiment::{Condition, Probe, Problem, Quantity, Simulation, Softening};
 use anisobond::io::CaseFile;
 use nalgebra::Vector3;
 
 /// Isotropic, E = 72 GPa, ν = 0.35: a third of the stiffness is the nodal term's.
-const STIFF: &str = "{ unit = 'GPa', class = 'isotropic', E = 72, nu = 0.35 }";
+const STIFF: &str = "{ class = 'isotropic', unit = 'GPa', engineering = { e = 72, nu = 0.35 } }";
 
 /// A case from its text: a box (mm), a plane-strain grid of 1 mm or another body, hybrid bonds with finite kinematics.
 fn case(bounds: &str, grid: &str, text: &str) -> Problem {
@@ -107,8 +107,9 @@ fn a_step_that_strain_makes_unstable_is_told() {
     assert!(evidence.stable < stable && slower.ledger().relative_drift() < 0.02, "{evidence:?} {:?}", slower.ledger());
 }
 
-/// A cantilever under a dead load across it, P L²/(E' I) = 0.157: by the elastica it deflects by 0.052 L (Bisshopp and Drucker
-/// 1945). Eight nodes high and as long as eighty.
+/// A cantilever under a dead load across it, P ℓ²/(E' I) = 0.15 with its free length ℓ of 77 mm: Timoshenko's beam deflects by
+/// 0.0486 of 80 mm, 7 % more on eight nodes, whose surfaces are not calibrated, as a column of eight nodes buckles at 0.92 of
+/// Euler's load. With a nodal term of small strains it was 0.0345.
 #[test]
 fn a_cantilever_bends_as_the_elastica_does() {
     let load = "[[condition]]\non = 'x-min'\nthickness = 3\ndisplacement = [0, 0, 0]\n\
@@ -135,47 +136,43 @@ fn reaction_probes_take_no_pass() {
     let kinds = [
         format!("{held}[motion]\nduration = '3 us'\n"),
         format!("[fracture]\nstretch = 1e-3\n{held}[motion]\nduration = '3 us'\n"),
-        format!("[fracture]\nstretch = 1e-3\nsoftening = 3\n{held}[motion]\nduration = '3 us'\n"),
+        format!("[fracture]\nstretch = 0.0010\n{held}[motion]\nduration = '3 us'\n"),
         format!("{equilibrium}[equilibrium]\nsteps = 3\n"),
     ];
     for text in &kinds {
-        let passes = |probes: usize| {
-            let mut problem = case("size = '12, 5, 4 mm'", "horizon = 2", text);
-            let grid = problem.body.grid.clone();
-            let ends = |n: u32, k: usize| grid.coordinates(n as usize)[0] < k + 1;
-            problem.probes = (0..probes)
-                .map(|k| reaction(&format!("r{k}"), (0..grid.len() as u32).filter(|&n| ends(n, k)).collect()))
-                .collect();
-            let mut simulation = Simulation::new(problem).unwrap();
-            let mut rows = 0;
-            loop {
-                let before = simulation.bond_state().grid().passes();
-                for probe in simulation.problem().probes.clone() {
-                    let found = Vector3::from_column_slice(&simulation.measure(&probe));
-                    assert_eq!(simulation.bond_state().grid().passes(), before, "{text}");
-                    rows += 1;
-                    if rows % 7 == 0 && probes > 0 {
-                        let all = simulation.forces();
-                        let anew = -probe.nodes.iter().map(|&n| all.at(n as usize)).sum::<Vector3<f64>>();
-                        let size: f64 = probe.nodes.iter().map(|&n| all.at(n as usize).norm()).sum();
-                        // The same kernel where nothing can break at once; nodal terms of nodes that fail end one pass later.
-                        let brittle = text.contains("fracture") && !text.contains("softening");
-                        if !brittle {
-                            assert_eq!(found, anew, "{text}");
-                        } else if simulation.ledger().broken_bonds == 0 {
-                            assert!((found - anew).norm() <= 1e-12 * size, "{text}: {found} {anew}");
-                        }
-                        // These passes are the test's own.
-                        break;
-                    }
+        let mut problem = case("size = '12, 5, 4 mm'", "horizon = 2", text);
+        if text.contains("0.0010") {
+            problem.softening = Softening::Linear { ratio: 3.0 };
+        }
+        let grid = problem.body.grid.clone();
+        let near = |n: u32, k: usize| grid.coordinates(n as usize)[0] < k;
+        let end = |k: usize| reaction("end", (0..grid.len() as u32).filter(|&n| near(n, k)).collect());
+        problem.probes = [1, 2, 5].map(end).to_vec();
+        let without = Problem { probes: vec![], ..problem.clone() };
+        let (mut simulation, mut plain) = (Simulation::new(problem).unwrap(), Simulation::new(without).unwrap());
+        let passes = |s: &Simulation| s.bond_state().grid().passes();
+        // Passes that the test itself asks for.
+        let mut own = 0;
+        while !simulation.finished() {
+            simulation.advance().unwrap();
+            plain.advance().unwrap();
+            let probes = simulation.problem().probes.clone();
+            let rows: Vec<_> = probes.iter().map(|p| Vector3::from_column_slice(&simulation.measure(p))).collect();
+            assert_eq!(passes(&simulation), passes(&plain) + own, "{text}");
+            let all = simulation.forces();
+            own = passes(&simulation) - passes(&plain);
+            for (probe, found) in probes.iter().zip(rows) {
+                let anew = -probe.nodes.iter().fold(Vector3::zeros(), |sum, &n| sum + all.at(n as usize));
+                let size: f64 = probe.nodes.iter().map(|&n| all.at(n as usize).norm()).sum();
+                // The same kernel where nothing can break at once; nodal terms of nodes that fail end one pass later.
+                if !text.contains("1e-3") {
+                    assert_eq!(found, anew, "{text}");
+                } else if simulation.ledger().broken_bonds == 0 {
+                    assert!((found - anew).norm() <= 1e-12 * size, "{text}: {found} {anew}");
                 }
-                if simulation.finished() {
-                    return rows;
-                }
-                simulation.advance().unwrap();
             }
-        };
-        assert!(passes(5) > 5, "{text}");
+        }
+        assert!(own > 0 && simulation.ledger() == plain.ledger());
     }
 }
 

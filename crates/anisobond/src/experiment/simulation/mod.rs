@@ -147,7 +147,9 @@ struct About {
     softened: usize,
     #[serde(default)]
     overlap: Option<Overlap>,
+    #[serde(default)]
     looked_at: f64,
+    #[serde(default)]
     stable: Option<f64>,
 }
 

@@ -19,6 +19,9 @@ use super::stencil::Lane;
 use crate::operator::Kinematics;
 use crate::tensor::PAIRS;
 
+/// A row of three fields.
+type RowOf<'a, T> = ((&'a mut [T], &'a mut [T]), &'a mut [T]);
+
 /// Nine numbers from nine.
 type Map<T> = [[T; 9]; 9];
 
@@ -70,7 +73,7 @@ impl<T: Real> GridBonds<T> {
         let size = 3 * self.layout.slots;
         let [x, y, z] =
             pulls.each_mut().map(|p| p.values.slice_mut()[..self.layout.rows() * size].par_chunks_mut(size));
-        let of_row = |moved: &mut Offsets, (row, ((x, y), z)): (usize, ((&mut [T], &mut [T]), &mut [T]))| {
+        let of_row = |moved: &mut Offsets, (row, ((x, y), z)): (usize, RowOf<T>)| {
             let offsets = self.offsets_of(row, moved);
             let task = PullRow { bonds: self, u, moments: &moments, kinematics, whole: &whole, row, offsets };
             T::pulls(&task, [x, y, z]).f64()
