@@ -30,6 +30,6 @@ pub use problem::{
 };
 pub use simulation::{
     CrackPath, CrackPoint, CrackTip, InterfaceEvidence, InterfaceFracture, Ledger, RegionEvidence, RunCost, SavedState,
-    Simulation, StaticEvidence, StepEvidence, TipPoint,
+    Simulation, StaticEvidence, StepEvidence, TipPoint, diffuse_warning,
 };
 pub use verification::{Finding, Verdict};

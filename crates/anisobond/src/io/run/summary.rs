@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::experiment::{
     CellState, CrackPath, InterfaceEvidence, Leavers, Ledger, PackingEvidence, PackingSimulation, Peak, RegionEvidence,
-    Simulation, StaticEvidence, StepEvidence,
+    Simulation, StaticEvidence, StepEvidence, diffuse_warning,
 };
 use crate::solver::SolverReport;
 
@@ -112,7 +112,7 @@ impl RunSummary {
         let relative_drift = energy.relative_drift();
         warnings.extend(simulation.drift_warning());
         let (cracks, diffuse_damage) = (simulation.cracks(), simulation.diffuse_damage());
-        warnings.extend(simulation.diffuse_warning(&cracks, diffuse_damage));
+        warnings.extend(diffuse_warning(&cracks, diffuse_damage));
         RunSummary {
             case: simulation.problem().name.clone(),
             nodes: simulation.problem().body.nodes(),
