@@ -3,7 +3,7 @@
 mod common;
 
 use anisobond::calibration::{Calibrator, CrackPlanes, CriticalStretches, EnergyByNormal, LowerBound, fracture_energy};
-use anisobond::experiment::{CrackPath, Simulation};
+use anisobond::experiment::{CrackPath, Simulation, diffuse_warning};
 use anisobond::io::CaseFile;
 use anisobond::lattice::{Body, Grid, Influence, Neighbourhood};
 use anisobond::operator::grid::{GridBonds, Stencil};
@@ -163,6 +163,32 @@ fn unbreakable_nodes_keep_their_bonds() {
     let broken = |more: &str| run(plate("{ stretch = 1e-4 }", more)).0.ledger().broken_bonds;
     assert!(broken(&fast) > 1000);
     assert_eq!(broken(&all), 0);
+}
+
+/// A ply whose fibres run along y splits along them in shear: of its oblique bonds, which hold much of the energy across the split,
+/// half are compressed and stay. The split is found from end to end.
+#[test]
+fn a_split_along_fibres_is_found_whole() {
+    let text = r#"
+material = { unit = "GPa", engineering = { ex = 140, ey = 10, ez = 10, gxy = 5, gzx = 5, gyz = 3.57, nu_xy = 0.3, nu_xz = 0.3, nu_yz = 0.4 } }
+orientation = { axis = [0, 0, 1], angle = 90 }
+fracture = { directional = [{ normal = "y", energy = "4 J/m2" }, { normal = "x", energy = "80 J/m2" }, { normal = "z", energy = "4 J/m2" }] }
+body = { box = { min = "-8, -12 mm", max = "8, 12 mm" } }
+grid = { spacing = "1 mm", horizon = 3, plane_strain = "z" }
+model = { bonds = "hybrid" }
+equilibrium = { steps = 1 }
+condition = [
+  { on = { box = { min = "-9, -13, -1e3 mm", max = "0, 13, 1e3 mm" } }, displacement = [0, 0, 0] },
+  { on = { box = { min = "0, -13, -1e3 mm", max = "9, 13, 1e3 mm" } }, displacement = ["4 um", "20 um", 0] },
+]
+"#;
+    let (simulation, cracks) =
+        run(Simulation::new(CaseFile::parse(text, "split", &[]).unwrap().problem().unwrap()).unwrap());
+    let [split] = &cracks[..] else { panic!("{} cracks of {}", cracks.len(), simulation.ledger().broken_bonds) };
+    assert!((22e-3..25e-3).contains(&split.length) && !split.diffuse, "{} m, {} nodes", split.length, split.nodes);
+    assert!(split.direction[1].abs() > 0.999 && (40..=48).contains(&split.nodes), "{} nodes", split.nodes);
+    assert!(simulation.diffuse_damage().unwrap() < 0.01);
+    assert_eq!(diffuse_warning(&cracks, simulation.diffuse_damage()), None);
 }
 
 /// A small block that is hit hard, some of whose bonds break or soften; {…} is filled in. It has damping, loads, prescribed

@@ -103,7 +103,7 @@ fn an_interface_is_as_tough_as_the_weaker() {
         // Two faces of 10 mm by one layer.
         assert!((interface.area / (2.0 * 10e-3 * 0.5e-3) - 1.0).abs() < 1e-9, "{}", interface.area);
         let fracture = interface.fracture.unwrap();
-        assert_eq!(fracture.wanted, Some(50.0));
+        assert!((fracture.wanted.unwrap() - 50.0).abs() < 1e-9);
         // In a layer of two nodes bonds that pass through it have both ends in the arms.
         assert!((20.0..51.0).contains(&fracture.reached), "{fracture:?}");
     }
@@ -172,8 +172,8 @@ fn a_crack_through_nodes_stays_in_the_plane() {
     };
     // The normal a × z of the line points to its right: nodes on it count there.
     for (on, off) in [
-        (["-4.5, -4.5 mm", "3.5, 3.5 mm"], ["-4.5001, -4.4999 mm", "3.5, 3.5002 mm"]),
-        (["-4.5, -2.5 mm", "3.5, 1.5 mm"], ["-4.5001, -2.4999 mm", "3.5001, 1.5002 mm"]),
+        (["-4.5, -4.5 mm", "3.5, 3.5 mm"], ["-4.5021, -4.5019 mm", "3.5019, 3.5021 mm"]),
+        (["-4.5, -2.5 mm", "3.5, 1.5 mm"], ["-4.5041, -2.5018 mm", "3.5039, 1.5022 mm"]),
     ] {
         let (on, off) = (opened(on[0], on[1]), opened(off[0], off[1]));
         let largest = on.components[1].iter().fold(0.0f64, |m, u| m.max(u.abs()));

@@ -37,6 +37,6 @@ pub use problem::{
 };
 pub use simulation::{
     Between, CrackPath, CrackPoint, CrackTip, InterfaceEvidence, InterfaceFracture, Ledger, Overlap, RegionEvidence,
-    RunCost, SavedState, Simulation, StaticEvidence, StepEvidence, TipPoint,
+    RunCost, SavedState, Simulation, StaticEvidence, StepEvidence, TipPoint, diffuse_warning,
 };
 pub use verification::{Finding, Verdict};

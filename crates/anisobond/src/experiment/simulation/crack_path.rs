@@ -18,8 +18,8 @@ const REACH: i32 = 6;
 pub(super) const WINDOW: f64 = 0.2;
 
 /// Share of a crack's nodes all of whose neighbours along the axes are cracked, above which it is a zone and not a surface: of a
-/// crack with two rows of nodes none is.
-const ZONE: f64 = 0.3;
+/// crack with two rows of nodes none is, with three a third.
+const ZONE: f64 = 0.45;
 
 /// A node of a crack.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -293,11 +293,11 @@ mod tests {
         assert!(parent == 1 && (between - 50.0).abs() < 3.0, "{between}°");
     }
 
-    /// A wide band of cracked nodes is a zone; cracks of two rows, which may branch, are none.
+    /// A wide band of cracked nodes is a zone; cracks of a few rows, which may branch, are none.
     #[test]
     fn a_zone_is_told_from_a_crack() {
         let grid = Grid::new([60, 40, 1], 1e-3, Vector3::zeros(), [false, false, true]).unwrap();
-        for (rows, zone) in [(1, false), (2, false), (3, true), (12, true)] {
+        for (rows, zone) in [(1, false), (2, false), (3, false), (4, true), (12, true)] {
             let mut times = vec![WHOLE; grid.len()];
             for (node, time) in times.iter_mut().enumerate() {
                 let [i, j, _] = grid.coordinates(node);

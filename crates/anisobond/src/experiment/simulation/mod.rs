@@ -22,6 +22,7 @@ use serde::{Deserialize, Serialize};
 pub use self::assemble::{InterfaceEvidence, InterfaceFracture, RegionEvidence};
 pub use self::cost::RunCost;
 use self::crack::CrackFront;
+pub use self::crack::diffuse_warning;
 pub use self::crack_path::{CrackPath, CrackPoint};
 pub use self::crack_tips::{CrackTip, TipPoint};
 pub use self::ledger::Ledger;
@@ -55,9 +56,6 @@ const DRIFT: f64 = 0.02;
 /// Energy of a motion relative to what was put in, above which it explodes: at 0.99 of the stable step a single wave's kinetic
 /// and strain energies swing to 50 times their sum.
 const EXPLODED: f64 = 1e4;
-
-/// Share of the energy of failed bonds away from cracks above which a run is warned of.
-const DIFFUSE: f64 = 0.3;
 
 /// How often a motion's cracks are looked at, while they grow.
 const LOOKS: u64 = 100;
@@ -420,22 +418,6 @@ impl Simulation {
     /// Share of the energy spent by failing bonds (–) that lies beyond the reach of every crack; `None` where nothing has failed.
     pub fn diffuse_damage(&self) -> Option<f64> {
         self.crack.away_from_cracks(&self.problem.body.grid, &self.problem.neighbourhood, &self.bonds)
-    }
-
-    /// A warning where damage is diffuse: the list of cracks does not tell where it is.
-    pub fn diffuse_warning(&self, cracks: &[CrackPath], diffuse: Option<f64>) -> Option<String> {
-        let zones = cracks.iter().filter(|crack| crack.diffuse).count();
-        match diffuse {
-            Some(share) if share > DIFFUSE => Some(format!(
-                "damage is diffuse: {:.0} % of the energy of failed bonds lies away from cracks; see the field damage",
-                100.0 * share
-            )),
-            _ if zones > 0 => Some(format!(
-                "damage is diffuse: {zones} of {} cracks found are zones several nodes thick; see the field damage",
-                cracks.len()
-            )),
-            _ => None,
-        }
     }
 
     /// The time step; `None` in equilibrium.

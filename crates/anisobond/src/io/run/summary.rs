@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::experiment::{
     CellState, CrackPath, InterfaceEvidence, Leavers, Ledger, Outcome, Overlap, PackingEvidence, PackingSimulation,
-    Peak, RegionEvidence, Simulation, StaticEvidence, StepEvidence,
+    Peak, RegionEvidence, Simulation, StaticEvidence, StepEvidence, diffuse_warning,
 };
 use crate::solver::SolverReport;
 
@@ -120,7 +120,7 @@ impl RunSummary {
         let relative_drift = energy.relative_drift();
         warnings.extend(simulation.late_warnings());
         let (cracks, diffuse_damage) = (simulation.cracks(), simulation.diffuse_damage());
-        warnings.extend(simulation.diffuse_warning(&cracks, diffuse_damage));
+        warnings.extend(diffuse_warning(&cracks, diffuse_damage));
         RunSummary {
             case: simulation.problem().name.clone(),
             nodes: simulation.problem().body.nodes(),

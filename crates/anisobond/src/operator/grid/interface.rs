@@ -38,6 +38,9 @@ pub(super) struct Interfaces<'a, T: Real> {
     bulk: Vec<Stiffness>,
 }
 
+/// What gradients (per spacing) may differ by rounding.
+pub(super) const ROUNDING: f64 = 1e-9;
+
 /// Layers by their regions and the bits of their normal.
 pub(super) type KnownLayers = HashMap<(Vec<u16>, [u64; 3]), Option<Layers>>;
 
@@ -137,11 +140,10 @@ impl<'a, T: Real> Interfaces<'a, T> {
     fn normal(&self, first: usize, second: usize) -> Option<Vector3<f64>> {
         let contrast = |node| self.bonds.special_place(node).map_or(Vector3::zeros(), |place| self.contrast[place]);
         let (here, there) = (contrast(first), contrast(second));
-        let sum = if here.dot(&there) < 0.0 { here - there } else { here + there };
-        let normal = sum.try_normalize(1e-6)?;
-        // One of the two ways, and to so many digits: bonds along a flat interface have the same bits.
-        let way = if normal[normal.iamax()] < 0.0 { -1.0 } else { 1.0 };
-        normal.map(|x| (x * way * 1e9).round() / 1e9).try_normalize(0.0)
+        // Rounding must not decide about directions at right angles.
+        let sum = if here.dot(&there) < -ROUNDING { here - there } else { here + there };
+        let normal = sum.try_normalize(ROUNDING)?;
+        Some(if normal[normal.iamax()] < 0.0 { -normal } else { normal })
     }
 }
 

@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::interface::ROUNDING;
 use super::stencil::Stencil;
 use crate::calibration::Layers;
 use crate::lattice::{Body, Neighbourhood};
@@ -123,9 +124,9 @@ impl NaiveBonds<'_> {
         let bulk = |region: u16| self.stencils[usize::from(region) - 1].bulk(&xi, volume);
         let materials: Vec<Stiffness> = shares.iter().map(|(region, _)| bulk(*region)).collect();
         let [here, there] = [node, other].map(|node| self.contrast(node));
-        let normal = if here.dot(&there) < 0.0 { here - there } else { here + there };
+        let normal = if here.dot(&there) < -ROUNDING { here - there } else { here + there };
         let direction = bonds[b].xi.normalize();
-        let layers = Layers::new(&materials, &normal.try_normalize(1e-6).unwrap_or(direction));
+        let layers = Layers::new(&materials, &normal.try_normalize(ROUNDING).unwrap_or(direction));
         let by_part: Vec<(f64, f64)> = parts.iter().map(|(share, [k, _])| (*share, *k)).collect();
         let k = match layers {
             Some(layers) => layers.stiffness(&direction, &by_part),
