@@ -236,7 +236,10 @@ def check_hole(data, there):
     for surface in (vtk.vtkDataSetSurfaceFilter(), vtk.vtkGeometryFilter()):
         surface.SetInputData(data)
         surface.Update()
-        assert surface.GetOutput().GetNumberOfCells() == faces
+        # Of flat images the first one passes hidden cells on, with their mark, and mappers leave them out.
+        marks = surface.GetOutput().GetCellGhostArray()
+        hidden = 0 if marks is None else (vtk_to_numpy(marks) & vtk.vtkDataSetAttributes.HIDDENCELL > 0).sum()
+        assert surface.GetOutput().GetNumberOfCells() - hidden == faces
 
 
 def test_a_whole_block_hides_nothing(wave, tmp_path):
