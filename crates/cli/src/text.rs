@@ -117,6 +117,14 @@ pub fn direction(n: &[f64; 3]) -> String {
     format!("({x:.4}, {y:.4}, {z:.4})")
 }
 
+/// Least and largest relative error of the energy of a strain, as a line; nothing where there is none.
+pub fn energy_error(error: Option<[f64; 2]>) -> String {
+    let signed = |x: f64| if x.abs() < 1e-12 { "0".into() } else { format!("{:+.3}", 100.0 * x).replace('-', "−") };
+    error.map_or(String::new(), |[least, largest]| {
+        format!("energy of a strain off by {} to {} %\n", signed(least), signed(largest))
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -130,12 +138,4 @@ mod tests {
         assert!(lines[1..].iter().all(|l| l.starts_with("             ") && !l.starts_with("              ")));
         assert!(text.split_whitespace().skip(1).eq(words.split_whitespace()));
     }
-}
-
-/// Least and largest relative error of the energy of a strain, as a line; nothing where there is none.
-pub fn energy_error(error: Option<[f64; 2]>) -> String {
-    let signed = |x: f64| if x.abs() < 1e-12 { "0".into() } else { format!("{:+.3}", 100.0 * x).replace('-', "−") };
-    error.map_or(String::new(), |[least, largest]| {
-        format!("energy of a strain off by {} to {} %\n", signed(least), signed(largest))
-    })
 }

@@ -220,7 +220,7 @@ impl Part<'_> {
         match self.solid {
             Solid::Box { min, max } => {
                 let side = |n: usize| {
-                    let (a, at) = (n / 2, if n % 2 == 0 { min } else { max }[n / 2]);
+                    let (a, at) = (n / 2, if n.is_multiple_of(2) { min } else { max }[n / 2]);
                     let (b, c) = ((a + 1) % 3, (a + 2) % 3);
                     let ranges = [b, c].map(|i| near(&Vector3::ith(i, 1.0), &Vector3::zeros(), min[i], max[i]));
                     let shown = (at - centre[a]).abs() <= reach(&Vector3::ith(a, 1.0)) + size
