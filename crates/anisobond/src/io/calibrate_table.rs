@@ -76,7 +76,7 @@ pub fn calibrate_table(
     let keys: Vec<String> = table.rows.iter().map(|row| key(&inputs, row)).collect();
     let mut notes = Vec::new();
     if let Some(journal) = &mut journal {
-        let rows = checksum(keys.iter().map(String::as_bytes));
+        let rows: String = table.rows.iter().map(|row| key(&Inputs::default(), row)).collect();
         let changed = journal.computed_from(&inputs.and("the table", rows.as_bytes()))?;
         let known = keys.iter().filter(|key| journal.get(key).is_some()).count();
         let anew = keys.len() - known;
@@ -116,8 +116,8 @@ fn settings(calibrator: &ModelCalibrator) -> Inputs {
     let settings = [
         ("the model", format!("{:?}", calibrator.settings())),
         ("the proof of stability", format!("{:?}", calibrator.proof())),
-        ("the shape", format!("{:?}", n.shape())),
-        ("the horizon", format!("{:?}", n.horizon())),
+        ("the shape", n.shape().name().into()),
+        ("the horizon", format!("{:?} {:?}", n.horizon(), n.shape().semi_axes())),
         ("the spacing", format!("{:?}", n.spacing())),
         ("the influence function", format!("{:?}", n.influence())),
         ("the rotation", format!("{:?}", n.orientation())),

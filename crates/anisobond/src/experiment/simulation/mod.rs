@@ -93,7 +93,7 @@ pub(super) fn steps_in(duration: f64, step: f64) -> Result<u64> {
     }
     if steps.is_nan() || steps > MOST_TIME_STEPS {
         return Err(Error::input(
-            format!("{duration} s are {steps:.1e} time steps of {step} s"),
+            format!("{duration:e} s are {steps:.1e} time steps of {step:e} s"),
             format!("give a shorter duration, or larger nodes: at most {MOST_TIME_STEPS:.0e} steps are done"),
         ));
     }
