@@ -312,8 +312,7 @@ fn every_material_of_the_document_converges() {
         let c = Material::builtin(name).unwrap().stiffness;
         let (coarse, plain) = (iterations(16, &c, Method::default()), iterations(16, &c, Method::NodeBlocks));
         assert!(coarse < plain, "{name}: {coarse} against {plain}");
-        // Te2W is almost without stiffness between its layers.
-        assert!(coarse <= if name == "Te2W" { 150 } else { 60 }, "{name}: {coarse}");
+        assert!(coarse <= 60, "{name}: {coarse}");
     }
 }
 

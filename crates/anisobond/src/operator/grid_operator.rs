@@ -36,6 +36,13 @@ pub trait GridOperator: Sync {
     /// The stiffness tensor of a region's bulk (Pa), for coarse grids; the region of a node is `body.region` − 1.
     fn bulk_stiffness(&self, region: u16) -> Stiffness;
 
+    /// The bonds of a node in a region's bulk: offset in spacings and stiffness (N/m), for coarse grids. None if the operator does
+    /// not know them; the nodal term has no part in them.
+    fn bulk_bonds(&self, region: u16) -> Vec<([i32; 3], f64)> {
+        let _ = region;
+        Vec::new()
+    }
+
     /// Share of a node's bonds, weighed by stiffness, that exist and are unbroken (–), 0…1.
     fn wholeness(&self, node: usize) -> f64;
 }

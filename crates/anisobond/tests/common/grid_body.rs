@@ -269,6 +269,10 @@ impl GridOperator for GridBody {
         self.tensors[region as usize]
     }
 
+    fn bulk_bonds(&self, region: u16) -> Vec<([i32; 3], f64)> {
+        self.offsets.iter().copied().zip(self.stiffness[region as usize].iter().copied()).collect()
+    }
+
     fn wholeness(&self, node: usize) -> f64 {
         if !self.body.has(node) {
             return 0.0;

@@ -449,6 +449,10 @@ impl GridOperator for FailingBonds {
         self.grid.bulk_stiffness(region)
     }
 
+    fn bulk_bonds(&self, region: u16) -> Vec<([i32; 3], f64)> {
+        self.grid.bulk_bonds(region)
+    }
+
     fn wholeness(&self, node: usize) -> f64 {
         self.grid.wholeness(node)
     }

@@ -55,13 +55,13 @@ impl<T: Real> GridOperator for GridBonds<T> {
     }
 
     fn bulk_stiffness(&self, region: u16) -> Stiffness {
-        let mut count = vec![0usize; self.stencils.len()];
-        for (&s, _) in self.stencil.iter().zip(&self.body.region).filter(|(s, r)| **s > 0 && **r == region + 1) {
-            count[usize::from(s) - 1] += 1;
-        }
-        let most = (0..count.len()).max_by_key(|&s| count[s]).unwrap_or(0);
         let xi: Vec<_> = self.neighbourhood.bonds().iter().map(|b| b.xi).collect();
-        self.stencils[most].bulk(&xi, self.body.grid.spacing.powi(3))
+        self.stencils[self.most_common(region)].bulk(&xi, self.body.grid.spacing.powi(3))
+    }
+
+    fn bulk_bonds(&self, region: u16) -> Vec<([i32; 3], f64)> {
+        let stiffness = &self.stencils[self.most_common(region)].stiffness;
+        self.neighbourhood.bonds().iter().map(|b| b.offset).zip(stiffness.iter().copied()).collect()
     }
 
     fn wholeness(&self, node: usize) -> f64 {
@@ -80,6 +80,15 @@ impl<T: Real> GridOperator for GridBonds<T> {
 }
 
 impl<T: Real> GridBonds<T> {
+    /// The stencil of most nodes of a region.
+    fn most_common(&self, region: u16) -> usize {
+        let mut count = vec![0usize; self.stencils.len()];
+        for (&s, _) in self.stencil.iter().zip(&self.body.region).filter(|(s, r)| **s > 0 && **r == region + 1) {
+            count[usize::from(s) - 1] += 1;
+        }
+        (0..count.len()).max_by_key(|&s| count[s]).unwrap_or(0)
+    }
+
     /// Whether all bonds of a node are there and lead to nodes of its own stencil.
     pub(super) fn is_bulk(&self, node: usize) -> bool {
         let (row, e) = (node / self.row_nodes(), node % self.row_nodes());

@@ -29,6 +29,7 @@ pub(super) fn wiggle(nodes: usize) -> Vec<[f64; 3]> {
 }
 
 /// An element with corners beyond the grid.
+#[derive(Clone)]
 pub struct Extra {
     /// Its place on the grid of elements.
     pub element: u32,
@@ -39,6 +40,7 @@ pub struct Extra {
 }
 
 /// What elements hold.
+#[derive(Clone)]
 pub struct Filling {
     /// Parts of every element of the grid.
     pub parts: Vec<Vec<Part>>,

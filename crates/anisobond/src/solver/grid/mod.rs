@@ -22,6 +22,7 @@ mod symmetric3;
 mod transfer;
 mod vectors;
 mod watch;
+mod waves;
 
 pub use conjugate_gradients::{Ending, GridSolverReport};
 pub use connected::{ConnectedPart, connected_parts};

@@ -12,6 +12,7 @@ use super::pieces::Pieces;
 use super::supports::Supports;
 use super::symmetric3::{Symmetric3, pseudo_inverse};
 use super::transfer::Transfer;
+use super::waves::cheap_waves;
 use crate::lattice::Body;
 use crate::operator::{GridOperator, VectorField};
 use crate::tensor::Stiffness;
@@ -148,7 +149,14 @@ pub struct TwoScale {
     blocks: NodeBlocks,
     transfer: Transfer,
     multigrid: Multigrid,
+    waves: Vec<Wave>,
     scheme: Scheme,
+}
+
+/// Waves that turn their sign from node to node along some axes and cost little.
+struct Wave {
+    signs: [bool; 3],
+    multigrid: Multigrid,
 }
 
 impl TwoScale {
@@ -176,20 +184,63 @@ impl TwoScale {
         let pieces = Pieces::new(&transfer, census.pieces(operator.body(), &transfer));
         let transfer = transfer.with(&pieces, &[]);
         let edges = std::array::from_fn(|a| grid.spacing * transfer.axes[a].factor as f64);
-        let filling = filling(operator.body(), census, &transfer, pieces);
+        let filled = filling(operator.body(), census, &transfer, pieces);
         let springs = springs(blocks, supports);
         let support = transfer.restrict(|n| springs.get(&(n as u32)).copied().unwrap_or_default());
         let support = support.into_iter().map(|s| s.map(|s| s.max(0.0))).collect();
-        let finest = Hexahedra::new(transfer.coarse(), transfer.elements(), edges, filling, support, &tensors);
+        let waves = cheap_waves(operator, regions, axes)
+            .into_iter()
+            .map(|(signs, bulk)| {
+                let spring = |node: usize| {
+                    let held = springs.get(&(node as u32)).copied().unwrap_or_default();
+                    match operator.body().region[node] {
+                        0 => held,
+                        region => {
+                            let own = &bulk[usize::from(region) - 1].springs;
+                            [0, 1, 2].map(|a| held[a] + census.wholeness[node] * own[(a, a)])
+                        }
+                    }
+                };
+                let tensors: Vec<Stiffness> = bulk.iter().map(|b| b.stiffness).collect();
+                let support = transfer.restrict(spring).into_iter().map(|s| s.map(|s| s.max(0.0))).collect();
+                let finest =
+                    Hexahedra::new(transfer.coarse(), transfer.elements(), edges, filled.clone(), support, &tensors);
+                Wave { signs, multigrid: Multigrid::new(finest, &tensors, smoothing) }
+            })
+            .collect();
+        let finest = Hexahedra::new(transfer.coarse(), transfer.elements(), edges, filled, support, &tensors);
         let multigrid = Multigrid::new(finest, &tensors, smoothing);
         let blocks = NodeBlocks::of(blocks, grid.nodes[0], supports);
-        TwoScale { supports: supports.clone(), blocks, transfer, multigrid, scheme }
+        TwoScale { supports: supports.clone(), blocks, transfer, multigrid, waves, scheme }
     }
 
     /// A⁻¹ Pᵀ r.
     fn coarse(&self, r: &VectorField) -> Vec<[f64; 3]> {
         let [x, y, z] = &r.components;
         self.multigrid.solve(&self.transfer.restrict(|n| [x[n], y[n], z[n]]))
+    }
+
+    /// z += S P A⁻¹ Pᵀ S r for every cheap wave, S being its signs.
+    fn add_waves(&self, r: &VectorField, z: &mut VectorField) {
+        let [n1, n2, _] = self.transfer.fine;
+        for wave in &self.waves {
+            let sign = |node: usize| {
+                let at = self.transfer.coordinates(node);
+                if (0..3).filter(|a| wave.signs[*a] && at[*a] % 2 == 1).count() % 2 == 1 { -1.0 } else { 1.0 }
+            };
+            let [x, y, w] = &r.components;
+            let coarse = wave.multigrid.solve(&self.transfer.restrict(|n| [x[n], y[n], w[n]].map(|v| sign(n) * v)));
+            let [z1, z2, z3] = &mut z.components;
+            let rows = z1.par_chunks_mut(n1).zip(z2.par_chunks_mut(n1)).zip(z3.par_chunks_mut(n1));
+            rows.enumerate().for_each(|(number, ((z1, z2), z3))| {
+                self.transfer.row(&coarse, number % n2, number / n2, |i, v| {
+                    let s = sign(number * n1 + i);
+                    z1[i] += s * v[0];
+                    z2[i] += s * v[1];
+                    z3[i] += s * v[2];
+                });
+            });
+        }
     }
 
     /// Zero on prescribed components and empty nodes.
@@ -212,6 +263,7 @@ impl Preconditioner for TwoScale {
             Scheme::Additive { weight } => {
                 let coarse = self.coarse(r);
                 self.blocks.apply_rows(weight, r, z, Some((&self.transfer, &coarse)));
+                self.add_waves(r, z);
                 self.clear(operator, z);
                 0
             }
@@ -224,6 +276,7 @@ impl Preconditioner for TwoScale {
                 let coarse = self.coarse(&rest);
                 let mut step = VectorField::zeros(r.len());
                 self.blocks.apply_rows(0.0, r, &mut step, Some((&self.transfer, &coarse)));
+                self.add_waves(&rest, &mut step);
                 self.clear(operator, &mut step);
                 super::vectors::add_scaled(z, 1.0, &step);
                 operator.forces(z, &mut rest);
