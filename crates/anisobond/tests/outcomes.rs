@@ -52,8 +52,8 @@ traction = ["170.667 MPa", 0, 0]
 "#;
 
 fn run(problem: Problem, folder: &std::path::Path, resume: bool, stop: &AtomicBool) -> anisobond::Result<RunSummary> {
-    let options = RunOptions { folder, resume, case: "one", stop };
-    run_problem(problem, &options, |_| ())
+    let options = RunOptions { folder, resume, force: false, stop };
+    run_problem(problem, &Inputs::of_program(), &options, |_| ())
 }
 
 /// A load beyond collapse: σ = E/(1 − ν²) s_c of a uniform bar in plane strain lies between the two factors that are told, and all

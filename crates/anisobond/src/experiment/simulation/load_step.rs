@@ -1,6 +1,6 @@
 //! One load step: to its equilibrium, or to where the body breaks.
 
-use super::statics::Step;
+use super::statics::{Moment, Step};
 use super::{Simulation, Stage};
 use crate::Result;
 use crate::experiment::outcome::{Break, Collapse, Outcome, StepLook};
@@ -20,9 +20,9 @@ impl Simulation {
         let whole = self.bonds.kept();
         let Stage::Equilibrium { statics, last } = &mut self.stage else { return Ok(()) };
         let before = (self.step > 0).then_some(reached);
-        let (lost, start) = (self.ledger.fracture > 0.0, self.u.get());
-        let settled =
-            statics.settle(&self.problem, &self.loading, &mut self.bonds, start, (before, factor), lost, look);
+        let moment = Moment { before, at: factor, lost: self.ledger.fracture > 0.0 };
+        let start = self.u.get();
+        let settled = statics.settle(&self.problem, &self.loading, &mut self.bonds, start, moment, look);
         let settled = match settled {
             Ok(settled) => settled,
             Err(e) => {

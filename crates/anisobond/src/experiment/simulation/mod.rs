@@ -33,7 +33,7 @@ pub use self::overlap::{Between, Overlap};
 use self::reactions::Reactions;
 pub use self::saved::SavedState;
 pub use self::statics::StaticEvidence;
-use self::statics::Statics;
+use self::statics::{Moment, Statics};
 use super::checked::Checked;
 use super::outcome::{Outcome, StepLook};
 use super::problem::{Problem, Schedule};
@@ -220,8 +220,9 @@ impl Simulation {
     fn start_from_equilibrium(&mut self) -> Result<()> {
         let statics = statics_of(&self.problem.schedule);
         let start = VectorField::zeros(self.problem.body.grid.len());
+        let at_start = Moment { before: None, at: 0.0, lost: false };
         let settled = statics
-            .settle(&self.problem, &self.loading, &mut self.bonds, start, (None, 0.0), false, &|_| true)
+            .settle(&self.problem, &self.loading, &mut self.bonds, start, at_start, &|_| true)
             .map_err(|e| e.at("equilibrium at the start"))?;
         if settled.broke.is_some() {
             return Err(Error::input(

@@ -36,6 +36,16 @@ pub struct StaticEvidence {
     pub report: GridSolverReport,
 }
 
+/// When equilibrium is to be found: times, or load factors.
+#[derive(Clone, Copy)]
+pub(super) struct Moment {
+    /// That of the equilibrium before; `None` where nothing has loaded the body yet.
+    pub(super) before: Option<f64>,
+    pub(super) at: f64,
+    /// Whether bonds failed before.
+    pub(super) lost: bool,
+}
+
 /// What one load step came to.
 pub(super) struct Step {
     /// Of the last solve.
@@ -106,8 +116,7 @@ impl Statics {
         loading: &Loading,
         bonds: &mut FailingBonds,
         start: VectorField,
-        (before, at): (Option<f64>, f64),
-        lost: bool,
+        Moment { before, at, lost }: Moment,
         look: StepLook,
     ) -> Result<Step> {
         let nodes = problem.body.grid.len();

@@ -147,7 +147,7 @@ impl Labelled<'_> {
 
     fn previous(&self, node: usize, axis: usize) -> Option<usize> {
         let (n, stride) = (self.grid.nodes[axis], self.stride(axis));
-        match node / stride % n > 0 {
+        match !(node / stride).is_multiple_of(n) {
             true => Some(node - stride),
             false => self.grid.periodic[axis].then(|| node + (n - 1) * stride),
         }

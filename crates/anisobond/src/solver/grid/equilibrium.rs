@@ -128,13 +128,13 @@ impl<'a> Equilibrium<'a> {
         let mut u = start;
         let report = match &*self.prepared {
             Prepared::Gradients(p) => {
-                conjugate_gradients(self.operator, load, self.supports, &self.free, &**p, &mut u, stopping, self.look)
+                conjugate_gradients(self.operator, load, self.supports, &self.free, &**p, &mut u, (stopping, self.look))
             }
             Prepared::Relaxation(blocks) => {
                 let scale = self.scale(load);
                 self.supports.impose(&mut u);
                 let forces = |u: &VectorField, r: &mut VectorField| self.operator.forces(u, r);
-                relax(self.residual(&forces, load), blocks, &self.free, scale, &mut u, stopping, self.look)
+                relax(self.residual(&forces, load), blocks, &self.free, scale, &mut u, (stopping, self.look))
             }
         };
         Ok((u, report))
@@ -166,17 +166,18 @@ impl<'a> Equilibrium<'a> {
                 let first = Stopping { tolerance: FIRST_STEP, ..*stopping };
                 let mut step = VectorField::zeros(load.len());
                 let linear =
-                    conjugate_gradients(self.operator, &rest, &rise, &self.free, &**p, &mut step, &first, self.look);
+                    conjugate_gradients(self.operator, &rest, &rise, &self.free, &**p, &mut step, (&first, self.look));
                 add_scaled(&mut u, 1.0, &step);
                 self.supports.impose(&mut u);
-                let mut report = newton(self.operator, residual, &**p, &self.free, scale, &mut u, stopping, self.look);
+                let mut report =
+                    newton(self.operator, residual, &**p, &self.free, scale, &mut u, (stopping, self.look));
                 report.iterations += linear.iterations;
                 report.applications += linear.applications + 1;
                 report
             }
             Prepared::Relaxation(blocks) => {
                 self.supports.impose(&mut u);
-                relax(residual, blocks, &self.free, scale, &mut u, stopping, self.look)
+                relax(residual, blocks, &self.free, scale, &mut u, (stopping, self.look))
             }
         };
         Ok((u, report))

@@ -41,8 +41,7 @@ pub(super) fn newton(
     free: &FreeModes,
     scale: f64,
     u: &mut VectorField,
-    stopping: &Stopping,
-    look: Look,
+    (stopping, look): (&Stopping, Look),
 ) -> GridSolverReport {
     let n = u.len();
     let (mut r, mut p) = (VectorField::zeros(n), VectorField::zeros(n));

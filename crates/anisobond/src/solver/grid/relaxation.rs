@@ -22,8 +22,7 @@ pub(super) fn relax(
     free: &FreeModes,
     scale: f64,
     u: &mut VectorField,
-    stopping: &Stopping,
-    look: Look,
+    (stopping, look): (&Stopping, Look),
 ) -> GridSolverReport {
     let n = u.len();
     let (mut r, mut a, mut v) = (VectorField::zeros(n), VectorField::zeros(n), VectorField::zeros(n));
