@@ -27,7 +27,7 @@ const LISTED: usize = 4;
 impl Problem {
     /// Dimensions that too few nodes resolve: thicknesses of the body, its regions, its holes and gaps, and what cracks leave of it.
     pub fn coarse(&self) -> Vec<String> {
-        let most = (HORIZONS * self.neighbourhood.horizon() / self.neighbourhood.spacing() + 1e-9).floor() as usize;
+        let most = (HORIZONS * self.neighbourhood.horizon() + 1e-9).floor() as usize;
         let (grid, cut) = (&self.body.grid, self.cut_axes());
         let body = filled(&self.body);
         let of_body = |label| if label == 0 { HOLE } else { most };
@@ -90,7 +90,7 @@ impl Problem {
             nodes(thin.across),
             ["x", "y", "z"][thin.axis],
             place(&self.body.grid.position(thin.node)),
-            self.neighbourhood.horizon() / self.neighbourhood.spacing()
+            self.neighbourhood.horizon()
         )
     }
 
