@@ -1,8 +1,9 @@
 //! Equilibrium of a block with a hole, from 48³ to 128³ nodes: iterations, applications of the operator and seconds with
 //! coarse grids, against node blocks alone (Jacobi). Run with
 //! `cargo bench -p anisobond --bench equilibrium -- [nodes per edge …] [built-in material …] [crack]`;
-//! `crack` cuts the block through six tenths of its section instead of the hole, `hybrid` adds the nodal term. Jacobi runs
-//! up to 128³ nodes.
+//! `crack` cuts the block through six tenths of its section instead of the hole, `disc`, `nodes` (through nodes at 45°), `almost`
+//! (almost in two) and `several` cut it so and leave it free, pulled at both ends; `hybrid` adds the nodal term. Jacobi runs up to
+//! 128³ nodes.
 
 use std::time::Instant;
 
@@ -18,25 +19,55 @@ use nalgebra::Vector3;
 /// Nodes per edge up to which Jacobi runs.
 const MOST_JACOBI: usize = 128;
 
+/// Plane cracks of free bodies: centre, normal and radius, of an edge of one.
+type Discs = &'static [([f64; 3], [f64; 3], f64)];
+
+/// The free bodies by their words.
+const FREE: [(&str, Discs); 4] = [
+    ("disc", &[([0.5; 3], [1.0, 2.0, 3.0], 0.35)]),
+    ("nodes", &[([0.5; 3], [0.0, 1.0, 1.0], 0.4)]),
+    ("almost", &[([0.5; 3], [0.2, 0.1, 1.0], 0.62)]),
+    (
+        "several",
+        &[
+            ([0.3, 0.3, 0.3], [1.0, 0.0, 1.0], 0.3),
+            ([0.7, 0.6, 0.6], [1.0, -1.0, 1.0], 0.35),
+            ([0.5, 0.5, 0.75], [0.1, 0.0, 1.0], 0.3),
+            ([0.2, 0.8, 0.5], [0.0, 1.0, 1.0], 0.25),
+        ],
+    ),
+];
+
+/// Whether the way from p to q passes a disc.
+fn passes(p: &Vector3<f64>, q: &Vector3<f64>, (centre, normal, radius): &([f64; 3], [f64; 3], f64)) -> bool {
+    let (centre, normal) = (Vector3::from(*centre), Vector3::from(*normal).normalize());
+    let (a, b) = (normal.dot(&(p - centre)), normal.dot(&(q - centre)));
+    (a < 0.0) != (b < 0.0) && (p + (q - p) * (a / (a - b)) - centre).norm() < *radius
+}
+
 /// A block of n³ nodes with a hole through it (radius a fifth of the edge) or a crack, held at the bottom, pulled at the
-/// top.
-fn block(n: usize, c: &Stiffness, crack: bool, hybrid: bool) -> (GridBonds<f64>, Supports, VectorField) {
+/// top; or free with discs, pulled at both ends.
+fn block(n: usize, c: &Stiffness, crack: bool, hybrid: bool, discs: Discs) -> (GridBonds<f64>, Supports, VectorField) {
     let spacing = 1.0 / n as f64;
     let grid = Grid::new([n; 3], spacing, Vector3::repeat(0.5 * spacing), [false; 3]).expect("a valid grid");
     let mut body = Body::full(grid);
     for node in 0..body.grid.len() {
         let p = body.grid.position(node) - Vector3::repeat(0.5);
-        if !crack && p.x.hypot(p.z) < 0.2 {
+        if !crack && discs.is_empty() && p.x.hypot(p.z) < 0.2 {
             body.region[node] = 0;
         }
     }
     let neighbourhood = Neighbourhood::sphere(3.0, spacing, Influence::Inverse).expect("a valid neighbourhood");
     let top = |node: usize| body.grid.coordinates(node)[2] + 1 == n;
-    let bottom = (0..n * n).map(|node| (node as u32, [Some(0.0); 3]));
+    let held = if discs.is_empty() { n * n } else { 0 };
+    let bottom = (0..held).map(|node| (node as u32, [Some(0.0); 3]));
     let supports = Supports::new(&body, bottom).expect("nodes of the body");
     let mut load = VectorField::zeros(body.grid.len());
     for node in (0..load.len()).filter(|node| top(*node)) {
         load.components[2][node] = 1e6 * spacing * spacing;
+    }
+    if !discs.is_empty() {
+        load.components[2][..n * n].fill(-1e6 * spacing * spacing);
     }
     let settings = if hybrid { ModelSettings::Hybrid(None) } else { ModelSettings::Central(LowerBound::Value(0.0)) };
     let calibrator = ModelCalibrator::new(&neighbourhood, settings).expect("a calibrator");
@@ -49,6 +80,9 @@ fn block(n: usize, c: &Stiffness, crack: bool, hybrid: bool) -> (GridBonds<f64>,
         let plane = 0.5 + 1e-6 * spacing;
         bonds.cut(|p, q| (p.z < plane) != (q.z < plane) && p.x < 0.6);
     }
+    for disc in discs {
+        bonds.cut(|p, q| passes(p, q, disc));
+    }
     (bonds, supports, load)
 }
 
@@ -57,7 +91,10 @@ fn main() {
     let sizes: Vec<usize> = arguments.iter().filter_map(|a| a.parse().ok()).collect();
     let sizes = if sizes.is_empty() { vec![48, 64, 96, 128] } else { sizes };
     let [crack, hybrid] = ["crack", "hybrid"].map(|word| arguments.iter().any(|a| a == word));
-    let word = |a: &&String| *a != "crack" && *a != "hybrid" && a.parse::<usize>().is_err();
+    let discs = FREE.iter().find(|f| arguments.iter().any(|a| a == f.0)).map_or(&[][..], |f| f.1);
+    let word = |a: &&String| {
+        !["crack", "hybrid"].contains(&a.as_str()) && FREE.iter().all(|f| f.0 != *a) && a.parse::<usize>().is_err()
+    };
     let names: Vec<&str> = arguments.iter().filter(word).map(String::as_str).collect();
     let materials: Vec<(String, Stiffness)> = if names.is_empty() {
         vec![("isotropic".into(), Stiffness::isotropic(40e9, 40e9))]
@@ -71,7 +108,7 @@ fn main() {
     );
     for (name, c) in &materials {
         for n in &sizes {
-            let (body, supports, load) = block(*n, c, crack, hybrid);
+            let (body, supports, load) = block(*n, c, crack, hybrid, discs);
             let once = Instant::now();
             let mut f = VectorField::zeros(load.len());
             body.forces(&load, &mut f);

@@ -234,10 +234,11 @@ fn cracks_cost_iterations_but_not_with_the_grid() {
     assert!(large <= 45 && large as f64 <= 1.3 * small as f64, "{small} → {large}");
 }
 
-/// Whether the way from p to q passes a disc.
-fn passes(p: &Vector3<f64>, q: &Vector3<f64>, centre: &Vector3<f64>, normal: &Vector3<f64>, radius: f64) -> bool {
+/// Whether the way from p to q passes a disc; nodes on its plane are below it.
+fn passes(p: &Vector3<f64>, q: &Vector3<f64>, centre: &Vector3<f64>, normal: &Vector3<f64>, radius: &f64) -> bool {
     let (a, b) = (normal.dot(&(p - centre)), normal.dot(&(q - centre)));
-    (a < 0.0) != (b < 0.0) && (p + (q - p) * (a / (a - b)) - centre).norm() < radius * normal.norm()
+    let below = |side: f64| side < 1e-9 * normal.norm();
+    below(a) != below(b) && (p + (q - p) * (a / (a - b)) - centre).norm() < *radius
 }
 
 /// Iterations to 1e-8 of a free block with cracks, pulled apart along z.
@@ -246,7 +247,7 @@ fn iterations_of_cracked(n: usize, cracks: &[([f64; 3], [f64; 3], f64)]) -> usiz
     let edge = n as f64 * SPACING;
     for (centre, normal, radius) in cracks {
         let (centre, normal) = (Vector3::from(*centre) * edge - Vector3::repeat(0.5 * SPACING), Vector3::from(*normal));
-        body.cut(|p, q| passes(p, q, &centre, &normal, radius * edge));
+        body.cut(|p, q| passes(p, q, &centre, &normal, &(radius * edge)));
     }
     let supports = Supports::none();
     let mut load = VectorField::zeros(body.body.grid.len());
@@ -262,11 +263,11 @@ fn iterations_of_cracked(n: usize, cracks: &[([f64; 3], [f64; 3], f64)]) -> usiz
 /// side of a crack moves as it likes on every coarse grid, and nothing on them is a mechanism.
 #[test]
 fn free_cracked_bodies() {
-    let off = 0.5 + 1e-7;
-    let cracks: [(&str, Vec<([f64; 3], [f64; 3], f64)>); 5] = [
+    type Discs = Vec<([f64; 3], [f64; 3], f64)>;
+    let cracks: [(&str, Discs); 5] = [
         ("oblique disc", vec![([0.5; 3], [1.0, 2.0, 3.0], 0.35)]),
         ("through nodes", vec![([0.5; 3], [0.0, 1.0, 1.0], 0.4)]),
-        ("just off nodes", vec![([0.5, off, 0.5], [0.0, 1.0, 1.0], 0.4)]),
+        ("just off nodes", vec![([0.5, 0.5 + 1e-7, 0.5], [0.0, 1.0, 1.0], 0.4)]),
         ("almost in two", vec![([0.5; 3], [0.2, 0.1, 1.0], 0.62)]),
         (
             "several",
@@ -278,7 +279,7 @@ fn free_cracked_bodies() {
         ),
     ];
     for (name, cracks) in cracks {
-        let found = iterations_of_cracked(16, &cracks);
+        let found = iterations_of_cracked(14, &cracks);
         assert!(found <= 60, "{name}: {found}");
     }
 }
@@ -303,7 +304,7 @@ fn a_free_laminate_is_bent() {
     let stopping = Stopping { tolerance: 1e-9, most_iterations: 1000 };
     let equilibrium = Equilibrium::new(&body, &supports, Method::default());
     let (_, report) = equilibrium.solve(&load, VectorField::zeros(load.len()), &stopping).unwrap();
-    assert!(report.converged() && report.iterations <= 80, "{report:?}");
+    assert!(report.converged() && report.iterations <= 40, "{report:?}");
 }
 
 #[test]

@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use anisobond::Error;
 use anisobond::experiment::{Between, Collapse, Outcome, Problem, RunCost, Simulation};
+use anisobond::io::Inputs;
 use anisobond::io::run::{RunOptions, RunSummary, run_problem};
 use case::problem;
 

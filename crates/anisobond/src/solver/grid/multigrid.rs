@@ -14,7 +14,7 @@ use crate::tensor::Stiffness;
 const BOTTOM_COST: f64 = 1e8;
 
 /// Pivots of the coarsest grid below this share of their diagonal are rounding.
-const ROUNDING: f64 = 1e-14;
+const ROUNDING: f64 = 1e-11;
 
 /// What a coarser grid of more nodes must gain: little, beside the finest grids.
 const PRICE: f64 = 1.5;
@@ -193,17 +193,19 @@ fn coarser(fine: &Hexahedra, tensors: &[Stiffness]) -> Option<(Transfer, Hexahed
     }
     let Coarsening { axes, share } = Coarsening::new(tensors, fine.edges, possible, PRICE);
     let transfer = Transfer::new(fine.nodes, fine.wraps(), axes);
-    let pieces = pieces(fine, &transfer);
+    let touched = touched(fine);
+    let pieces = pieces(fine, &transfer, &touched);
     let transfer = transfer.with(&pieces, &fine.filling.copies);
-    let filling = filling(fine, &transfer, pieces);
+    let filling = filling(fine, &transfer, pieces, &touched);
     let support = transfer.restrict(|n| fine.support[n]).into_iter().map(|s| s.map(|s| s.max(0.0))).collect();
     let edges = std::array::from_fn(|a| fine.edges[a] * transfer.axes[a].factor as f64);
     let grid = Hexahedra::new(transfer.coarse(), transfer.elements(), edges, filling, support, tensors);
     Some((transfer, grid, share))
 }
 
-/// The pieces of coarse elements that are not filled with elements of the grid.
-fn pieces(fine: &Hexahedra, transfer: &Transfer) -> Pieces {
+/// The pieces of coarse elements that are not filled with elements of the grid. Elements of pieces that touch no other are left to
+/// this grid: rubble costs no coarse nodes.
+fn pieces(fine: &Hexahedra, transfer: &Transfer, touched: &[u32]) -> Pieces {
     let to = |element: usize| transfer.element_index(coarse_element(fine, transfer, element)) as u32;
     let mut parted: BTreeSet<u32> = fine.filling.extra.iter().map(|e| to(e.element as usize)).collect();
     parted.extend((0..fine.filling.parts.len()).filter(|e| fine.filling.parts[*e].is_empty()).map(to));
@@ -215,16 +217,40 @@ fn pieces(fine: &Hexahedra, transfer: &Transfer) -> Pieces {
             }
         }
     }
-    for extra in &fine.filling.extra {
+    let (left, parted): (Vec<_>, Vec<_>) = fine.filling.extra.iter().partition(|e| alone(touched, &e.corners));
+    for extra in parted {
         cells.entry(to(extra.element as usize)).or_default().push(extra.corners.to_vec());
     }
-    Pieces::new(transfer, cells.into_iter().map(|(e, cells)| (e, merge_sharing(&cells))).collect())
+    let pieces = Pieces::new(transfer, cells.into_iter().map(|(e, cells)| (e, merge_sharing(&cells))).collect());
+    Pieces { left: left.into_iter().flat_map(|e| e.corners).collect(), ..pieces }
+}
+
+/// How many elements touch every node.
+fn touched(grid: &Hexahedra) -> Vec<u32> {
+    let mut touched = vec![0; grid.len()];
+    for (_, mut corners, _) in grid.filled() {
+        // An axis of one element that wraps has a corner twice.
+        corners.sort_unstable();
+        corners
+            .iter()
+            .enumerate()
+            .filter(|(l, c)| *l == 0 || corners[l - 1] != **c)
+            .for_each(|(_, c)| touched[*c as usize] += 1);
+    }
+    touched
+}
+
+/// Whether an element touches no other.
+fn alone(touched: &[u32], corners: &[u32; 8]) -> bool {
+    corners.iter().all(|c| touched[*c as usize] == 1)
 }
 
 /// What the coarse elements hold of the fine ones in them.
-fn filling(fine: &Hexahedra, transfer: &Transfer, pieces: Pieces) -> Filling {
+fn filling(fine: &Hexahedra, transfer: &Transfer, pieces: Pieces, touched: &[u32]) -> Filling {
     let mut filling = Filling::empty(transfer.elements().iter().product(), pieces.copies.clone());
-    for (element, corners, parts) in fine.filled() {
+    let grid = fine.grid_len() as u32;
+    let left = |corners: &[u32; 8]| corners.iter().any(|c| *c >= grid) && alone(touched, corners);
+    for (element, corners, parts) in fine.filled().filter(|e| !left(&e.1)) {
         let to = coarse_element(fine, transfer, element);
         let cells: f64 = (0..3).map(|a| transfer.axes[a].cells(to[a], fine.elements[a])).product();
         let coarse = transfer.element_index(to);

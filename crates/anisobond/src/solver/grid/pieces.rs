@@ -25,6 +25,8 @@ pub(super) struct Pieces {
     pub of: BTreeMap<u32, Vec<Piece>>,
     /// Of every coarse node beyond the grid of them, the node of that grid on which it lies.
     pub copies: Vec<u32>,
+    /// Grid nodes that take nothing from coarse nodes.
+    pub left: BTreeSet<u32>,
 }
 
 impl Pieces {
@@ -52,7 +54,7 @@ impl Pieces {
                 corners.filter(|c| **c == place).for_each(|c| *c = first + number - 1);
             }
         }
-        Pieces { of, copies }
+        Pieces { of, copies, left: BTreeSet::new() }
     }
 
     /// The piece of an element that holds a grid node; `None` of a whole element.

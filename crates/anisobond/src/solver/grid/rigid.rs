@@ -123,3 +123,34 @@ fn eigenvectors(matrix: &DMatrix<f64>, wanted: impl Fn(f64, f64) -> bool) -> (DM
     let keep: Vec<usize> = (0..eigen.eigenvalues.len()).filter(|i| wanted(eigen.eigenvalues[*i], most)).collect();
     (eigen.eigenvectors.select_columns(&keep), keep.iter().map(|i| eigen.eigenvalues[*i]).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::hexahedra::{Filling, Part as Share};
+    use super::*;
+    use crate::tensor::Stiffness;
+
+    /// A block alone is grounded at six components, a plate in plane strain at four, a tube at four, a block of which two
+    /// opposite corners are held at one (it turns about the line through them), and one that a face holds nowhere.
+    #[test]
+    fn as_many_grounds_as_free_motions() {
+        let steel = [Stiffness::isotropic(40e9, 40e9)];
+        let count = |elements: [usize; 3], wraps: [bool; 3], held: &dyn Fn(usize, usize) -> bool| {
+            let nodes = [0, 1, 2].map(|a| elements[a] + usize::from(!wraps[a]));
+            let mut filling = Filling::empty(elements.iter().product(), Vec::new());
+            filling.parts.iter_mut().for_each(|parts| parts.push(Share { region: 0, weight: 1.0 }));
+            let n: usize = nodes.iter().product();
+            let support = (0..n).map(|node| if held(node, n) { [1e9; 3] } else { [0.0; 3] }).collect();
+            let grid = Hexahedra::new(nodes, elements, [1.0, 2.0, 1.0], filling, support, &steel);
+            let grounds = grounds(&grid);
+            assert!(grounds.iter().all(|g| g.2 > 0.0));
+            grounds.len()
+        };
+        let none = |_: usize, _: usize| false;
+        assert_eq!(count([3, 2, 4], [false; 3], &none), 6);
+        assert_eq!(count([3, 1, 4], [false, true, false], &none), 4);
+        assert_eq!(count([5, 3, 4], [false, true, false], &none), 4);
+        assert_eq!(count([3, 2, 4], [false; 3], &|node, n| node == 0 || node + 1 == n), 1);
+        assert_eq!(count([3, 2, 4], [false; 3], &|node, _| node < 12), 0);
+    }
+}

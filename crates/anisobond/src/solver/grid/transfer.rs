@@ -105,6 +105,7 @@ impl Transfer {
         self.copies = pieces.copies.len();
         let grid = self.fine_grid() as u32;
         let mut nodes: BTreeSet<u32> = (0..beyond.len() as u32).map(|n| grid + n).collect();
+        nodes.extend(&pieces.left);
         let apart = |element: u32, piece: &Piece| piece.corners != self.corners(element as usize).map(|c| c as u32);
         for (element, own) in &pieces.of {
             own.iter().filter(|p| apart(*element, p)).for_each(|p| nodes.extend(&p.nodes));
@@ -117,6 +118,9 @@ impl Transfer {
 
     /// Coarse nodes from which a fine node at a place takes its displacement, and the weights of each.
     fn parents_in(&self, pieces: &Pieces, node: u32, place: usize) -> Vec<(u32, f64)> {
+        if pieces.left.contains(&node) {
+            return Vec::new();
+        }
         let usual = self.parents(place).into_iter().map(|(at, weight)| (self.coarse_index(at) as u32, weight));
         // Any piece that holds the node has all of its coarse nodes.
         let at = self.coordinates(place);
