@@ -89,7 +89,7 @@ const GRID: [Spoiled<Problem>; 40] = [
     ("probes every 0 steps", |p| p.output.probe_every = 0),
     ("a slice along axis 3", |p| {
         let field = p.output.fields[0];
-        p.output.slices.push(Slice { axis: 3, position: None, field });
+        p.output.slices.push(Slice { axis: 3, position: None, field, component: None });
     }),
 ];
 
