@@ -234,6 +234,9 @@ fn cracks_cost_iterations_but_not_with_the_grid() {
     assert!(large <= 45 && large as f64 <= 1.3 * small as f64, "{small} → {large}");
 }
 
+/// A plane crack: centre, normal and radius, of an edge of one.
+type Disc = ([f64; 3], [f64; 3], f64);
+
 /// Whether the way from p to q passes a disc; nodes on its plane are below it.
 fn passes(p: &Vector3<f64>, q: &Vector3<f64>, centre: &Vector3<f64>, normal: &Vector3<f64>, radius: &f64) -> bool {
     let (a, b) = (normal.dot(&(p - centre)), normal.dot(&(q - centre)));
@@ -242,7 +245,7 @@ fn passes(p: &Vector3<f64>, q: &Vector3<f64>, centre: &Vector3<f64>, normal: &Ve
 }
 
 /// Iterations to 1e-8 of a free block with cracks, pulled apart along z.
-fn iterations_of_cracked(n: usize, cracks: &[([f64; 3], [f64; 3], f64)]) -> usize {
+fn iterations_of_cracked(n: usize, cracks: &[Disc]) -> usize {
     let mut body = with_materials(Body::full(grid([n; 3], [false; 3])), &[steel()]);
     let edge = n as f64 * SPACING;
     for (centre, normal, radius) in cracks {
@@ -263,8 +266,7 @@ fn iterations_of_cracked(n: usize, cracks: &[([f64; 3], [f64; 3], f64)]) -> usiz
 /// side of a crack moves as it likes on every coarse grid, and nothing on them is a mechanism.
 #[test]
 fn free_cracked_bodies() {
-    type Discs = Vec<([f64; 3], [f64; 3], f64)>;
-    let cracks: [(&str, Discs); 5] = [
+    let cracks: [(&str, Vec<Disc>); 5] = [
         ("oblique disc", vec![([0.5; 3], [1.0, 2.0, 3.0], 0.35)]),
         ("through nodes", vec![([0.5; 3], [0.0, 1.0, 1.0], 0.4)]),
         ("just off nodes", vec![([0.5, 0.5 + 1e-7, 0.5], [0.0, 1.0, 1.0], 0.4)]),

@@ -39,7 +39,7 @@ pub struct Smoothing {
     pub degree: usize,
     /// Largest over smallest eigenvalue that the steps are to damp.
     pub span: f64,
-    /// V-cycles per application.
+    /// V-cycles per application; at least three where material is parted.
     pub cycles: usize,
 }
 

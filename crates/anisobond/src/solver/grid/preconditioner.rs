@@ -143,7 +143,8 @@ impl Default for Scheme {
 /// Node blocks and coarse grids.
 ///
 /// The coarse grids are elements of local elasticity at spacings 2Δ, 4Δ, … with the regions' bulk tensors, weighed by
-/// the share of each region and by how whole its nodes' bonds are.
+/// the share of each region and by how whole its nodes' bonds are; elements parted by cracks or gaps are there once for every
+/// piece. Short waves that cost little have coarse grids of their own.
 pub struct TwoScale {
     supports: Supports,
     blocks: NodeBlocks,
