@@ -146,7 +146,7 @@ fn reaction_probes_take_no_pass() {
         }
         let grid = problem.body.grid.clone();
         let near = |n: u32, k: usize| grid.coordinates(n as usize)[0] < k;
-        let end = |k: usize| reaction("end", (0..grid.len() as u32).filter(|&n| near(n, k)).collect());
+        let end = |k: usize| reaction(&format!("end-{k}"), (0..grid.len() as u32).filter(|&n| near(n, k)).collect());
         problem.probes = [1, 2, 5].map(end).to_vec();
         let without = Problem { probes: vec![], ..problem.clone() };
         let (mut simulation, mut plain) = (Simulation::new(problem).unwrap(), Simulation::new(without).unwrap());
