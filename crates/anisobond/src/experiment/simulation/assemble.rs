@@ -296,12 +296,17 @@ fn spare(problem: &Problem, mut of_node: Vec<u16>, mut stencils: Vec<Stencil>) -
     Ok((of_node, stencils))
 }
 
-/// Whether no pre-crack cuts a bond of a node.
+/// Whether no pre-crack cuts a bond of a node, which has another end.
 fn connected(problem: &Problem) -> impl Fn(usize, usize) -> bool + Sync + '_ {
     let (grid, bonds) = (&problem.body.grid, problem.neighbourhood.bonds());
     let tolerance = Crack::TIE * problem.neighbourhood.spacing();
     let near = near_planes(problem);
     move |node, bond| {
+        // Most nodes are far from every crack.
+        let place = grid.position(node);
+        if !near.iter().any(|near| near(&place)) {
+            return true;
+        }
         // A bond is cut as seen from its first end, from which its offset is positive.
         let (first, bond) = match bond >= bonds.len() / 2 {
             true => (Some(node), bond),
