@@ -623,7 +623,10 @@ fn many() -> ParameterTable {
 fn a_killed_process_loses_nothing_that_was_finished() {
     let place = Place::new();
     let mut done: HashSet<String> = HashSet::new();
-    for round in 0..6 {
+    let mut round = 0;
+    // On a busy machine the first may be killed before they finish anything.
+    while round < 6 || done.is_empty() {
+        round += 1;
         let mut child = std::process::Command::new(std::env::current_exe().unwrap())
             .args(["--exact", "swept_until_killed", "--test-threads=1"])
             .env("ANISOBOND_TEST_SWEEP", place.0.path())
