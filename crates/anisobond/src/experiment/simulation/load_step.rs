@@ -22,7 +22,7 @@ impl Simulation {
         let before = (self.step > 0).then_some(reached);
         let (lost, start) = (self.ledger.fracture > 0.0, self.u.get());
         let settled =
-            statics.settle(&self.problem, &self.loading, &mut self.bonds, start, (before, factor), lost, look);
+            statics.settle(&self.problem, &self.loading, &mut self.bonds, start, (before, factor, lost), look);
         let settled = match settled {
             Ok(settled) => settled,
             Err(e) => {

@@ -194,7 +194,7 @@ impl Simulation {
         let statics = statics_of(&self.problem.schedule);
         let start = VectorField::zeros(self.problem.body.grid.len());
         let settled = statics
-            .settle(&self.problem, &self.loading, &mut self.bonds, start, (None, 0.0), false, &|_| true)
+            .settle(&self.problem, &self.loading, &mut self.bonds, start, (None, 0.0, false), &|_| true)
             .map_err(|e| e.at("equilibrium at the start"))?;
         if settled.broke.is_some() {
             return Err(Error::input(

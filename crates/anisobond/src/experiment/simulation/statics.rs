@@ -104,8 +104,7 @@ impl Statics {
         loading: &Loading,
         bonds: &mut FailingBonds,
         start: VectorField,
-        (before, at): (Option<f64>, f64),
-        lost: bool,
+        (before, at, lost): (Option<f64>, f64, bool),
         look: StepLook,
     ) -> Result<Step> {
         let nodes = problem.body.grid.len();

@@ -163,9 +163,9 @@ impl Labelled<'_> {
 
     fn previous(&self, node: usize, axis: usize) -> Option<usize> {
         let (n, stride) = (self.grid.nodes[axis], self.stride(axis));
-        match node / stride % n > 0 {
-            true => Some(node - stride),
-            false => self.grid.periodic[axis].then(|| node + (n - 1) * stride),
+        match node / stride % n {
+            0 => self.grid.periodic[axis].then(|| node + (n - 1) * stride),
+            _ => Some(node - stride),
         }
     }
 }

@@ -66,8 +66,7 @@ pub(super) fn conjugate_gradients(
     free: &FreeModes,
     preconditioner: &dyn Preconditioner,
     u: &mut VectorField,
-    stopping: &Stopping,
-    look: Look,
+    (stopping, look): (&Stopping, Look),
 ) -> GridSolverReport {
     let n = load.len();
     let mut r = VectorField::zeros(n);

@@ -128,7 +128,7 @@ impl<'a> Equilibrium<'a> {
         let mut u = start;
         let report = match &*self.prepared {
             Prepared::Gradients(p) => {
-                conjugate_gradients(self.operator, load, self.supports, &self.free, &**p, &mut u, stopping, self.look)
+                conjugate_gradients(self.operator, load, self.supports, &self.free, &**p, &mut u, (stopping, self.look))
             }
             Prepared::Relaxation(blocks) => {
                 let scale = self.scale(load);
@@ -166,11 +166,18 @@ impl<'a> Equilibrium<'a> {
                 let first = Stopping { tolerance: FIRST_STEP, ..*stopping };
                 let mut step = VectorField::zeros(load.len());
                 let linear =
-                    conjugate_gradients(self.operator, &rest, &rise, &self.free, &**p, &mut step, &first, self.look);
+                    conjugate_gradients(self.operator, &rest, &rise, &self.free, &**p, &mut step, (&first, self.look));
                 add_scaled(&mut u, 1.0, &step);
                 self.supports.impose(&mut u);
-                let mut report =
-                    nonlinear_gradients(self.operator, residual, &**p, &self.free, scale, &mut u, stopping, self.look);
+                let mut report = nonlinear_gradients(
+                    self.operator,
+                    residual,
+                    &**p,
+                    &self.free,
+                    scale,
+                    &mut u,
+                    (stopping, self.look),
+                );
                 report.iterations += linear.iterations;
                 report.applications += linear.applications + 1;
                 report

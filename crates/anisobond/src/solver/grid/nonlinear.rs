@@ -28,8 +28,7 @@ pub(super) fn nonlinear_gradients(
     free: &FreeModes,
     scale: f64,
     u: &mut VectorField,
-    stopping: &Stopping,
-    look: Look,
+    (stopping, look): (&Stopping, Look),
 ) -> GridSolverReport {
     let n = u.len();
     let mut r = VectorField::zeros(n);
