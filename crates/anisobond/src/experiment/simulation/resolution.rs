@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::experiment::problem::{Crack, Problem};
 use crate::lattice::solid::{Labelled, Thin, filled};
 use crate::operator::GridOperator;
-use crate::solver::grid::connected_parts;
+use crate::solver::grid::separate_parts;
 
 /// A dimension of fewer nodes than this many horizons is named.
 const HORIZONS: f64 = 2.0;
@@ -21,6 +21,10 @@ const TENSION: [[f64; 6]; 2] =
 const BENDING: [[f64; 6]; 2] =
     [[-1.0, -0.804, -0.329, -0.229, -0.17, -0.129], [-1.0, -0.578, -0.427, -0.339, -0.28, -0.240]];
 
+/// Errors of layers of 1, 2, … 6 nodes in a stack of moduli 4 : 1 (–), of the stiffness along them.
+const LAYERS: [[f64; 6]; 2] =
+    [[-0.002, -0.004, -0.002, -0.001, -0.001, -0.001], [-0.071, -0.038, -0.025, -0.018, -0.015, -0.012]];
+
 /// Parts that a message lists.
 const LISTED: usize = 4;
 
@@ -34,25 +38,40 @@ impl Problem {
         let mut said: Vec<String> = Labelled { grid, label: &body, cut: &cut }
             .thin(of_body)
             .iter()
-            .map(|thin| if thin.label == 0 { self.hole(thin) } else { self.strip(thin, "the body") })
+            .map(|thin| if thin.label == 0 { self.hole(thin) } else { self.strip(thin) })
             .collect();
         if self.regions.len() > 1 {
             let regions = Labelled { grid, label: &self.body.region, cut: &cut };
             let thin = regions.thin(|label| if label == 0 { 0 } else { most });
-            said.extend(
-                thin.iter()
-                    .take(LISTED)
-                    .map(|t| self.strip(t, &format!("region {}", self.regions[usize::from(t.label) - 1].name))),
-            );
-            if thin.len() > LISTED {
-                said.push(format!("{} more regions are at most {most} nodes across somewhere", thin.len() - LISTED));
-            }
+            said.extend(self.layers(&thin));
         }
         said.extend(self.ligaments(most));
         said
     }
 
-    fn strip(&self, thin: &Thin, what: &str) -> String {
+    /// Thin regions in one message; `None` if there are none.
+    fn layers(&self, thin: &[Thin]) -> Option<String> {
+        let thinnest = thin.iter().map(|t| t.across).min()?;
+        let calibrated = usize::from(!self.surface_calibration);
+        let one = |t: &Thin| {
+            let region = &self.regions[usize::from(t.label) - 1].name;
+            let axis = ["x", "y", "z"][t.axis];
+            format!("{region} ({} along {axis} at {})", nodes(t.across), place(&self.body.grid.position(t.node)))
+        };
+        let mut listed: Vec<String> = thin.iter().take(LISTED).map(one).collect();
+        if thin.len() > LISTED {
+            listed.push(format!("{} more", thin.len() - LISTED));
+        }
+        Some(format!(
+            "regions are few nodes across: {}; stacked layers as thin had {:+.1} % of stiffness along them (docs/bodies.md), and across \
+             them every interface is as wide as the bonds are long, {:.1} spacings; use a smaller spacing",
+            listed.join(", "),
+            100.0 * LAYERS[calibrated][thinnest.clamp(1, 6) - 1],
+            self.neighbourhood.horizon()
+        ))
+    }
+
+    fn strip(&self, thin: &Thin) -> String {
         let calibrated = usize::from(!self.surface_calibration);
         let number = |table: &[[f64; 6]; 2]| 100.0 * table[calibrated][thin.across.clamp(1, 6) - 1];
         let bending = match thin.across {
@@ -67,7 +86,7 @@ impl Problem {
             false => "",
         };
         format!(
-            "{what} is {} across along {} at {} ({} nodes found): a strip as thin had {:+.1} % of stiffness in tension and {bending} \
+            "the body is {} across along {} at {} ({} nodes found): a strip as thin had {:+.1} % of stiffness in tension and {bending} \
              (docs/bodies.md); use a smaller spacing{plane_stress}",
             nodes(thin.across),
             ["x", "y", "z"][thin.axis],
@@ -178,8 +197,8 @@ fn tips(crack: &Crack) -> Vec<(Vector3<f64>, Vector3<f64>)> {
 
 /// Warnings of a body that bonds do not hold together as one.
 pub(super) fn parts(operator: &dyn GridOperator) -> Vec<String> {
-    let mut parts = connected_parts(operator);
-    if parts.len() < 2 {
+    let mut parts = separate_parts(operator);
+    if parts.is_empty() {
         return Vec::new();
     }
     parts.sort_by_key(|part| std::cmp::Reverse(part.nodes.len()));

@@ -109,7 +109,9 @@ fn gap(open: &[Edge]) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lattice::solid::Mesh;
+    use std::sync::Arc;
+
+    use crate::lattice::solid::{Mesh, Solid, grid_around};
 
     /// A box of twelve triangles, every corner of every triangle moved by up to `noise`.
     fn block(noise: f64) -> Vec<Triangle> {
@@ -134,6 +136,9 @@ mod tests {
                 assert!((mesh.winding(&x).abs() - f64::from(u8::from(inside))).abs() < 1e-9, "{noise}");
             }
         }
+        // Rounding adds no layer of nodes.
+        let rounded = Solid::Mesh(Arc::new(Mesh::new(block(3e-7)).unwrap()));
+        assert_eq!(grid_around(&rounded, 0.1, [false; 3], None).unwrap().nodes, [10, 20, 30]);
         // Exact surfaces are left as they are.
         assert_eq!(closed(block(0.0)).unwrap(), block(0.0));
     }

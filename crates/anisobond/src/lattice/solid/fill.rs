@@ -19,6 +19,9 @@ pub(super) const ON_BORDER: f64 = 1e-9;
 /// An extent within this many spacings of a whole multiple is one.
 const WHOLE: f64 = 1e-6;
 
+/// An extent of triangles, whose corners files round, is whole within this part of itself.
+const ROUNDED: f64 = 1e-6;
+
 /// The grid whose cells cover the box around a solid: nodes at the centres of cells, (i + ½)Δ from the box's corner where
 /// its extent is a whole multiple of Δ; else one more cell, in the middle of the box. Along `plane_strain` the grid is
 /// one periodic layer, whatever the extent.
@@ -52,7 +55,9 @@ pub fn grid_around(solid: &Solid, spacing: f64, periodic: [bool; 3], plane_strai
             ));
         }
         let exact = extent / spacing;
-        let whole = (exact - exact.round()).abs() <= WHOLE && exact.round() >= 1.0;
+        // Corners of surfaces may be rounded.
+        let tolerance = if has_triangles(solid) { ROUNDED * exact } else { 0.0 }.max(WHOLE);
+        let whole = (exact - exact.round()).abs() <= tolerance && exact.round() >= 1.0;
         if periodic[a] && !whole {
             return Err(Error::input(
                 format!("the body is periodic along {axis}, but {extent} m are {exact:.6} spacings"),
@@ -73,6 +78,17 @@ pub fn grid_around(solid: &Solid, spacing: f64, periodic: [bool; 3], plane_strai
         ));
     }
     Grid::new(cells.map(|n| n as usize), spacing, origin, periodic)
+}
+
+/// Whether triangles bound a solid.
+fn has_triangles(solid: &Solid) -> bool {
+    match solid {
+        Solid::Mesh(_) => true,
+        Solid::Union(parts) | Solid::Intersection(parts) => parts.iter().any(has_triangles),
+        Solid::Difference(from, _) => has_triangles(from),
+        Solid::Moved { solid, .. } => has_triangles(solid),
+        Solid::Box { .. } | Solid::Cylinder { .. } | Solid::Sphere { .. } | Solid::HalfSpace { .. } => false,
+    }
 }
 
 /// Per node of a grid, whether it is inside a solid, or outside by no more than 10⁻⁹ spacings. Along a periodic axis of

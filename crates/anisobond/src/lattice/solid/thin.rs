@@ -81,14 +81,29 @@ impl Labelled<'_> {
                 Some(next) => !cut && before[next] && self.label[next] == self.label[node],
                 None => self.label[node] == 0,
             };
-            let whole = |node: usize| {
-                let previous = self.previous(node, axis);
+            result = self.pass(axis, |node, previous, next| {
                 before[node]
-                    && joins(node, self.next(node, axis), self.is_cut(node, axis))
+                    && joins(node, next, self.is_cut(node, axis))
                     && joins(node, previous, previous.is_some_and(|p| self.is_cut(p, axis)))
-            };
-            result = (0..before.len()).into_par_iter().with_min_len(4096).map(whole).collect();
+            });
         }
+        result
+    }
+
+    /// A value for every node from itself and its neighbours along an axis.
+    fn pass(&self, axis: usize, of: impl Fn(usize, Option<usize>, Option<usize>) -> bool + Sync) -> Vec<bool> {
+        let [n1, n2, _] = self.grid.nodes;
+        let (n, stride, around) = (self.grid.nodes[axis], self.stride(axis), self.grid.periodic[axis]);
+        let mut result = vec![false; self.label.len()];
+        result.par_chunks_mut(n1).enumerate().for_each(|(row, values)| {
+            let place = [0, row % n2, row / n2][axis];
+            for (i, value) in values.iter_mut().enumerate() {
+                let (node, at) = (row * n1 + i, if axis == 0 { i } else { place });
+                let next = if at + 1 < n { Some(node + stride) } else { around.then(|| node + stride - n * stride) };
+                let previous = if at > 0 { Some(node - stride) } else { around.then(|| node + (n - 1) * stride) };
+                *value = of(node, previous, next);
+            }
+        });
         result
     }
 
@@ -97,11 +112,10 @@ impl Labelled<'_> {
         let mut result = of.to_vec();
         for axis in (0..3).filter(|&a| !self.endless(a)) {
             let before = result;
-            let reached = |node: usize| {
+            result = self.pass(axis, |node, previous, next| {
                 let has = |n: Option<usize>| n.is_some_and(|n| before[n] && self.label[n] == self.label[node]);
-                before[node] || has(self.next(node, axis)) || has(self.previous(node, axis))
-            };
-            result = (0..before.len()).into_par_iter().with_min_len(4096).map(reached).collect();
+                before[node] || has(next) || has(previous)
+            });
         }
         result
     }
@@ -149,9 +163,9 @@ impl Labelled<'_> {
 
     fn previous(&self, node: usize, axis: usize) -> Option<usize> {
         let (n, stride) = (self.grid.nodes[axis], self.stride(axis));
-        match !(node / stride).is_multiple_of(n) {
-            true => Some(node - stride),
-            false => self.grid.periodic[axis].then(|| node + (n - 1) * stride),
+        match node / stride % n {
+            0 => self.grid.periodic[axis].then(|| node + (n - 1) * stride),
+            _ => Some(node - stride),
         }
     }
 }

@@ -70,9 +70,15 @@ impl ConnectedPart {
     }
 }
 
-/// The connected parts of a body by their first nodes.
-pub fn connected_parts(operator: &dyn GridOperator) -> Vec<ConnectedPart> {
-    visit_bonds(operator).0
+/// The connected parts of a body by their first nodes, if there is more than one.
+pub fn separate_parts(operator: &dyn GridOperator) -> Vec<ConnectedPart> {
+    let body = operator.body();
+    let parent: Vec<AtomicU32> = (0..body.grid.len() as u32).map(AtomicU32::new).collect();
+    let nodes = (0..body.grid.len()).into_par_iter().with_min_len(1024).filter(|&node| body.has(node));
+    nodes.for_each(|node| operator.half_bonds(node, &mut |other| join(&parent, node as u32, other as u32)));
+    let root = |node: &usize| parent[*node].load(Relaxed) == *node as u32;
+    let roots = (0..body.grid.len()).filter(|&node| body.has(node)).filter(root).take(2).count();
+    if roots > 1 { parts(body, &parent) } else { Vec::new() }
 }
 
 /// The connected parts of a body by their first nodes, and the neighbours that cracks part.

@@ -25,7 +25,7 @@ mod watch;
 mod waves;
 
 pub use conjugate_gradients::{Ending, GridSolverReport};
-pub use connected::{ConnectedPart, connected_parts};
+pub use connected::{ConnectedPart, separate_parts};
 pub use equilibrium::{Equilibrium, Method, Prepared};
 pub use free_modes::FreeModes;
 pub use load_steps::{Breaking, LoadStep, Settled, SettlingEnd, load_steps, settle};
