@@ -1,5 +1,8 @@
 //! Bodies under way: homogeneous states, patch tests, energies, and runs that are gone on with.
 
+#[path = "common/grid_forces.rs"]
+mod grid_forces;
+
 use anisobond::calibration::{LowerBound, ModelCalibrator, ModelSettings};
 use anisobond::experiment::{Condition, History, Problem, Schedule, Simulation};
 use anisobond::io::CaseFile;
@@ -7,6 +10,7 @@ use anisobond::lattice::{Body, Grid, Influence, Neighbourhood};
 use anisobond::operator::grid::{GridBonds, Stencil};
 use anisobond::operator::{Kinematics, VectorField};
 use anisobond::tensor::{Material, Stiffness};
+use grid_forces::forces;
 use nalgebra::{Matrix3, Vector3};
 
 /// A displacement gradient of small strain and rotation.
@@ -51,19 +55,6 @@ fn homogeneous_deformation_has_exact_stress_and_no_force() {
             }
         }
     }
-}
-
-fn forces(bonds: &GridBonds<f64>, u: &VectorField, kinematics: Kinematics) -> VectorField {
-    let mut padded = bonds.padded();
-    padded.set(u);
-    let mut f = VectorField::zeros(u.len());
-    let [x, y, z] = &mut f.components;
-    bonds
-        .sweep(&padded, kinematics, [x, y, z], |_, from, to| {
-            to.into_iter().zip(from).for_each(|(to, from)| to.copy_from_slice(from));
-        })
-        .unwrap();
-    f
 }
 
 /// C of a stencil, component by component: Σ ½ k |ξ| … over the bonds of a cell, and Z.

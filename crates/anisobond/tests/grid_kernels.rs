@@ -1,10 +1,14 @@
 //! Kernels of bonds on grids against their naive twin, over a table of bodies.
 
+#[path = "common/grid_forces.rs"]
+mod grid_forces;
+
 use anisobond::lattice::{Body, Grid, Influence, Neighbourhood, Shape};
 use anisobond::operator::grid::naive::NaiveBonds;
 use anisobond::operator::grid::{GridBonds, InstructionSet, Real, Stencil};
 use anisobond::operator::{GridOperator, Kinematics, PeriodicHybrid, VectorField};
 use anisobond::tensor::Stiffness;
+use grid_forces::forces;
 use nalgebra::{Matrix3, Vector3};
 
 /// A repeatable number in (−1, 1).
@@ -120,21 +124,6 @@ fn difference(a: &VectorField, b: &VectorField, scale: f64) -> f64 {
     (0..a.len()).map(|i| (a.at(i) - b.at(i)).amax()).fold(0.0, f64::max) / scale
 }
 
-fn forces<T: Real>(bonds: &GridBonds<T>, u: &VectorField, kinematics: Kinematics) -> VectorField {
-    let mut padded = bonds.padded();
-    padded.set(u);
-    let mut f = VectorField::zeros(u.len());
-    let [x, y, z] = &mut f.components;
-    bonds
-        .sweep(&padded, kinematics, [x, y, z], |_, from, to| {
-            for (to, from) in to.into_iter().zip(from) {
-                to.iter_mut().zip(from).for_each(|(to, from)| *to = from.f64());
-            }
-        })
-        .unwrap();
-    f
-}
-
 fn table() -> Vec<Setup> {
     let sphere = |radius| Shape::Sphere { radius };
     let mut table = vec![];
@@ -154,7 +143,8 @@ fn table() -> Vec<Setup> {
     let mut pick = 0;
     for (g, grid) in grids.into_iter().enumerate() {
         for (p, periodic) in periods.into_iter().enumerate() {
-            for fill in fills {
+            // Where regions meet the twin is slow: on a part of the grids.
+            for fill in fills.into_iter().take(if (g + p) % 4 == 0 { 6 } else { 4 }) {
                 // Every grid, period and fill, with shapes in turn.
                 let shape = shapes[(pick + g + p) % shapes.len()];
                 let horizon = shape.semi_axes().into_iter().fold(0.0, f64::max);

@@ -1,11 +1,15 @@
 //! The nodal term at finite stretch: rigid turns cost nothing, force and tangent are derivatives of one energy, and uniform
 //! deformation has the stress of the law that the documentation states (docs/models.md).
 
+#[path = "common/grid_forces.rs"]
+mod grid_forces;
+
 use anisobond::lattice::{Body, Grid, Influence, Neighbourhood, Shape};
 use anisobond::operator::grid::naive::NaiveBonds;
 use anisobond::operator::grid::{GridBonds, InstructionSet, Real, Stencil};
 use anisobond::operator::{Kinematics, PeriodicHybrid, VectorField};
 use anisobond::tensor::Stiffness;
+use grid_forces::forces;
 use nalgebra::{Matrix3, Matrix6, Rotation3, Unit, Vector3};
 
 const SPACING: f64 = 2e-3;
@@ -103,21 +107,6 @@ impl Setup {
 
 fn sets() -> impl Iterator<Item = InstructionSet> {
     [InstructionSet::Portable, InstructionSet::Avx2, InstructionSet::Avx512].into_iter().filter(|s| s.available())
-}
-
-fn forces<T: Real>(bonds: &GridBonds<T>, u: &VectorField, kinematics: Kinematics) -> VectorField {
-    let mut padded = bonds.padded();
-    padded.set(u);
-    let mut f = VectorField::zeros(u.len());
-    let [x, y, z] = &mut f.components;
-    bonds
-        .sweep(&padded, kinematics, [x, y, z], |_, from, to| {
-            for (to, from) in to.into_iter().zip(from) {
-                to.iter_mut().zip(from).for_each(|(to, from)| *to = from.f64());
-            }
-        })
-        .unwrap();
-    f
 }
 
 fn energy<T: Real>(bonds: &GridBonds<T>, u: &VectorField) -> f64 {

@@ -19,13 +19,11 @@ struct Studio {
 
 impl Studio {
     fn start(args: &[&str]) -> Self {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_anisobond"))
-            .arg("studio")
-            .args(args)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
+        Studio::started_by(Command::new(env!("CARGO_BIN_EXE_anisobond")).arg("studio").args(args))
+    }
+
+    fn started_by(command: &mut Command) -> Self {
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
         let mut line = String::new();
         BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
         let (port, token) = line.trim().strip_prefix("http://127.0.0.1:").unwrap().split_once('/').unwrap();
@@ -307,17 +305,8 @@ fn the_secret_is_on_no_command_line() {
     .unwrap();
     std::fs::set_permissions(&starter, std::fs::Permissions::from_mode(0o755)).unwrap();
     let path = format!("{}:{}", dir.path().display(), std::env::var("PATH").unwrap());
-    let mut child = Command::new(env!("CARGO_BIN_EXE_anisobond"))
-        .args(["studio", "--open"])
-        .env("PATH", path)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
-    let mut line = String::new();
-    BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
-    let (port, token) = line.trim().strip_prefix("http://127.0.0.1:").unwrap().split_once('/').unwrap();
-    let studio = Studio { child, port: port.parse().unwrap(), token: token.trim_end_matches('/').into() };
+    let program = env!("CARGO_BIN_EXE_anisobond");
+    let studio = Studio::started_by(Command::new(program).args(["studio", "--open"]).env("PATH", path));
     while !words.exists() {
         std::thread::sleep(Duration::from_millis(5));
     }
@@ -325,7 +314,8 @@ fn the_secret_is_on_no_command_line() {
     assert!(!given.contains(&studio.token), "{given}");
     let page = std::path::Path::new(given.trim());
     assert_eq!(std::fs::metadata(page).unwrap().permissions().mode() & 0o777, 0o600);
-    assert!(std::fs::read_to_string(page).unwrap().contains(line.trim()));
+    let address = format!("http://127.0.0.1:{}/{}/", studio.port, studio.token);
+    assert!(std::fs::read_to_string(page).unwrap().contains(&address));
     // As a browser comes from a file; another page's script does not get in this way.
     let (target, from) = (format!("/{}/", studio.token), "Sec-Fetch-Site: cross-site\r\nSec-Fetch-Mode: ");
     assert_eq!(studio.status("GET", &target, &format!("{from}cors\r\nSec-Fetch-Dest: empty\r\n"), b""), 403);

@@ -27,6 +27,12 @@ pub struct NaiveBonds<'a> {
     pub broken: HashSet<(usize, usize)>,
 }
 
+/// Stiffness of each region's bulk, and by node the direction of what is of another region.
+struct Regions {
+    bulk: Vec<Stiffness>,
+    contrast: Vec<Vector3<f64>>,
+}
+
 /// What displacements of all nodes cause.
 #[derive(Clone, Debug)]
 pub struct NaiveResponse {
@@ -87,7 +93,7 @@ impl NaiveBonds<'_> {
 
     /// k (N/m) and s_c (–) of a bond: the mean of what both ends say, and where its way leads through several regions what
     /// these are as layers ([`Layers`]) and the weakest of them.
-    pub fn constants(&self, node: usize, b: usize, other: usize) -> [f64; 2] {
+    fn constants(&self, node: usize, b: usize, other: usize, known: &Regions) -> [f64; 2] {
         let bonds = self.neighbourhood.bonds();
         let opposite = bonds.len() - 1 - b;
         let of = |stencil: u16, b: usize| {
@@ -120,10 +126,8 @@ impl NaiveBonds<'_> {
             (false, false) => mean(of(region, b), of(region, opposite)),
         };
         let parts: Vec<(f64, [f64; 2])> = shares.iter().map(|(region, share)| (share / all, values(*region))).collect();
-        let (xi, volume): (Vec<_>, _) = (bonds.iter().map(|b| b.xi).collect(), self.body.grid.spacing.powi(3));
-        let bulk = |region: u16| self.stencils[usize::from(region) - 1].bulk(&xi, volume);
-        let materials: Vec<Stiffness> = shares.iter().map(|(region, _)| bulk(*region)).collect();
-        let [here, there] = [node, other].map(|node| self.contrast(node));
+        let materials: Vec<Stiffness> = shares.iter().map(|(r, _)| known.bulk[usize::from(*r) - 1]).collect();
+        let [here, there] = [known.contrast[node], known.contrast[other]];
         let normal = if here.dot(&there) < -ROUNDING { here - there } else { here + there };
         let direction = bonds[b].xi.normalize();
         let layers = Layers::new(&materials, &normal.try_normalize(ROUNDING).unwrap_or(direction));
@@ -139,6 +143,17 @@ impl NaiveBonds<'_> {
         match energies.reduce(f64::min) {
             Some(energy) if k > 0.0 && !spared => [k, (energy / k).sqrt()],
             _ => [k, f64::INFINITY],
+        }
+    }
+
+    /// What bonds through several regions ask for again and again.
+    fn regions(&self) -> Regions {
+        let xi: Vec<_> = self.neighbourhood.bonds().iter().map(|b| b.xi).collect();
+        let volume = self.body.grid.spacing.powi(3);
+        let nodes = 0..self.stencil.len();
+        Regions {
+            bulk: self.stencils.iter().map(|s| s.bulk(&xi, volume)).collect(),
+            contrast: nodes.map(|n| if self.stencil[n] > 0 { self.contrast(n) } else { Vector3::zeros() }).collect(),
         }
     }
 
@@ -181,10 +196,11 @@ impl NaiveBonds<'_> {
     /// What displacements w (m) change of the forces (N) at displacements u (m): their derivative along w.
     pub fn tangent(&self, u: &VectorField, kinematics: Kinematics, w: &VectorField) -> VectorField {
         let mut f = VectorField::zeros(u.len());
+        let known = self.regions();
         for (i, b, j) in self.bonds() {
             let xi = self.neighbourhood.bonds()[b].xi;
             let (eta, way) = (u.at(j) - u.at(i), w.at(j) - w.at(i));
-            let [k, _] = self.constants(i, b, j);
+            let [k, _] = self.constants(i, b, j, &known);
             // k (n⊗n + (1 − |ξ|/ℓ)(1 − n⊗n)), ℓ = |ξ + η|.
             let (n, across) = match kinematics {
                 Kinematics::Linear => (xi.normalize(), 0.0),
@@ -224,11 +240,11 @@ impl NaiveBonds<'_> {
             over: vec![],
             energy_over: 0.0,
         };
-        let volume = self.body.grid.spacing.powi(3);
+        let (volume, known) = (self.body.grid.spacing.powi(3), self.regions());
         for (i, b, j) in self.bonds() {
             let xi = self.neighbourhood.bonds()[b].xi;
             let eta = u.at(j) - u.at(i);
-            let [k, critical] = self.constants(i, b, j);
+            let [k, critical] = self.constants(i, b, j, &known);
             let (elongation, to) = match kinematics {
                 Kinematics::Linear => (xi.normalize().dot(&eta), xi),
                 Kinematics::Finite => {
