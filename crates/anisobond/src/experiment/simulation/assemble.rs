@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use nalgebra::Vector3;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::calibration::{
@@ -300,11 +301,15 @@ fn spare(problem: &Problem, mut of_node: Vec<u16>, mut stencils: Vec<Stencil>) -
 fn connected(problem: &Problem) -> impl Fn(usize, usize) -> bool + Sync + '_ {
     let (grid, bonds) = (&problem.body.grid, problem.neighbourhood.bonds());
     let tolerance = Crack::TIE * problem.neighbourhood.spacing();
-    let near = near_planes(problem);
+    // Most nodes are far from every crack.
+    let planes = near_planes(problem);
+    let near = |node: usize| planes.iter().any(|near| near(&grid.position(node)));
+    let near: Vec<bool> = match problem.cracks.is_empty() {
+        true => Vec::new(),
+        false => (0..grid.len()).into_par_iter().with_min_len(4096).map(near).collect(),
+    };
     move |node, bond| {
-        // Most nodes are far from every crack.
-        let place = grid.position(node);
-        if !near.iter().any(|near| near(&place)) {
+        if !near.get(node).is_some_and(|near| *near) {
             return true;
         }
         // A bond is cut as seen from its first end, from which its offset is positive.
@@ -315,7 +320,7 @@ fn connected(problem: &Problem) -> impl Fn(usize, usize) -> bool + Sync + '_ {
         first.is_some_and(|first| {
             let from = grid.position(first);
             let to = from + bonds[bond].xi;
-            !problem.cracks.iter().zip(&near).any(|(crack, near)| near(&from) && crack.cuts(&from, &to, tolerance))
+            !problem.cracks.iter().any(|crack| crack.cuts(&from, &to, tolerance))
         })
     }
 }

@@ -286,11 +286,12 @@ impl Simulation {
 
     /// Note how far parts lie in each other now.
     fn look_for_overlap(&mut self) {
+        let cracked = !self.problem.cracks.is_empty() || self.ledger.broken_bonds > 0;
         // What hangs together as at the start is nowhere in itself, unless it folds.
-        if !self.apart && self.problem.cracks.is_empty() && self.ledger.broken_bonds == 0 {
+        if !self.apart && !cracked {
             return;
         }
-        let now = (self.time(), self.is_motion());
+        let now = (self.time(), self.is_motion(), cracked);
         self.overlap = overlap::look(&self.problem, &self.bonds, &self.u, now, self.overlap.take());
     }
 

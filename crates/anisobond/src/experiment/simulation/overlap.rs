@@ -77,11 +77,11 @@ pub(super) fn look(
     problem: &Problem,
     bonds: &FailingBonds,
     u: &Padded<f64>,
-    (time, motion): (f64, bool),
+    (time, motion, cracked): (f64, bool, bool),
     before: Option<Overlap>,
 ) -> Option<Overlap> {
     let spacing = problem.body.grid.spacing;
-    let openings = bonds.grid().openings(u, problem.kinematics);
+    let openings = if cracked { bonds.grid().openings(u, problem.kinematics) } else { Vec::new() };
     let largest = openings.iter().map(|o| o.opening.abs()).fold(0.0, f64::max);
     let farthest = farthest(&problem.body, u);
     let floor = (RELATIVE * largest).max(ROUNDING * farthest).max(if motion { FLOOR * spacing } else { 0.0 });
@@ -90,7 +90,7 @@ pub(super) fn look(
         closed.max_by(|a, b| b.opening.total_cmp(&a.opening)).map(|o| (-o.opening, o.node, Between::CrackFaces));
     // Nodes start a spacing apart.
     let near = (0.5 * (1.0 - NEAR) * spacing..f64::INFINITY).contains(&farthest);
-    let pieces = near.then(|| deepest_pieces(&problem.body, bonds, u)).flatten();
+    let pieces = near.then(|| deepest_pieces(&problem.body, bonds, u, cracked)).flatten();
     let pieces = pieces.map(|(depth, node)| (depth, node, Between::Pieces));
     let found = faces.into_iter().chain(pieces).map(|(depth, node, between)| Overlap {
         depth,
@@ -103,11 +103,17 @@ pub(super) fn look(
 
 /// The depth (m) and a node of the deepest of pieces that lie in each other. A node s steps from the outside of its body is as
 /// deep as (s − ½) Δ; two that are at one place add up.
-fn deepest_pieces(body: &Body, bonds: &FailingBonds, u: &Padded<f64>) -> Option<(f64, u32)> {
+fn deepest_pieces(body: &Body, bonds: &FailingBonds, u: &Padded<f64>, cracked: bool) -> Option<(f64, u32)> {
     let (grid, spacing) = (&body.grid, body.grid.spacing);
     let nodes: Vec<u32> = (0..grid.len() as u32).filter(|&node| body.has(node as usize)).collect();
     let moved = |node: u32| Vector3::from(u.at(node as usize));
-    let exposed = |node: u32| bonds.wholeness(node as usize) < 1.0 - 1e-9;
+    // Nodes at faces, and those that lost bonds.
+    let steps = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]];
+    let at_face = |node: usize| steps.iter().any(|s| grid.neighbour(node, *s).is_none_or(|n| !body.has(n)));
+    let exposed = |node: u32| match cracked {
+        true => bonds.wholeness(node as usize) < 1.0 - 1e-9,
+        false => at_face(node as usize),
+    };
     let outer: Vec<u32> = nodes.par_iter().copied().filter(|&node| exposed(node)).collect();
     let place = |node: u32| grid.position(node as usize) + moved(node) - grid.origin;
     let cell = |x: &Vector3<f64>| [0, 1, 2].map(|a| (x[a] / spacing).floor() as i64);

@@ -52,6 +52,10 @@ impl GridBonds<f64> {
     }
 
     fn opening_of(&self, node: usize, u: &Padded<f64>, kinematics: Kinematics) -> Option<Opening> {
+        // Most nodes near outer faces lack nothing.
+        if self.all_bonds(node).filter(|(_, _, unbroken)| !unbroken).nth(LEAST - 1).is_none() {
+            return None;
+        }
         let here = Vector3::from(u.at(node));
         let (mut xi_sum, mut eta_sum, mut lengths, mut count) = (Vector3::zeros(), Vector3::zeros(), 0.0, 0);
         let (mut shortest, mut turned) = (0.0_f64, Matrix3::zeros());
@@ -70,7 +74,7 @@ impl GridBonds<f64> {
                 count += 1;
             }
         }
-        if count < LEAST || xi_sum.norm() < ONE_SIDED * lengths {
+        if xi_sum.norm() < ONE_SIDED * lengths {
             return None;
         }
         let turn = match kinematics {
