@@ -260,3 +260,14 @@ fn coarse_dimensions_are_named() {
     let said = plate(20, near).coarse();
     assert!(said.len() == 1 && said[0].contains("4 nodes across along z"), "{said:?}");
 }
+
+/// A packing's body of few diameters across is named; one that is periodic is not.
+#[test]
+fn packings_of_few_spheres_across_are_named() {
+    let text = "material = \"Pyroceram\"\n[packing]\nradius = \"1 mm\"\nnumber = 200\nseed = 1\ncontact_radius = 1.6\n[equilibrium]\n";
+    let body = "[body]\nbox = { size = \"40, 12, 26 mm\" }\n";
+    let said = case::case(&format!("{text}{body}")).packing_problem().unwrap().warnings();
+    assert!(said.iter().any(|w| w.contains("mean diameters across along y")), "{said:?}");
+    let said = case::case(text).packing_problem().unwrap().warnings();
+    assert!(!said.iter().any(|w| w.contains("diameters")), "{said:?}");
+}

@@ -2,15 +2,14 @@
 
 mod common;
 
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anisobond::calibration::{LatticeStiffness, Model, TransverseConstants};
 use anisobond::experiment::element_test::{DynamicTest, ElementTest};
 use anisobond::experiment::{Correction, CorrectionChoice, GridStudy, LatticePlan, LatticeStudy};
-use anisobond::io::element_sweep::{ElementSweep, sweep_into};
-use anisobond::io::sweep::ParameterTable;
+use anisobond::io::element_sweep::{ElementSweep, store_in};
+use anisobond::io::sweep::{Job, JobLog, Options, ParameterTable, Store, run_sweep};
 use anisobond::io::write_packing;
 use anisobond::lattice::Lattice;
 use anisobond::operator::{BondList, Network};
@@ -19,6 +18,7 @@ use anisobond::tensor::Stiffness;
 use anisobond::{Error, Result};
 use common::{jittered, jittered_lattice};
 use nalgebra::Vector3;
+use serde_json::json;
 
 const ROCK: TransverseConstants = TransverseConstants { c11: 130e6, c33: 55e6, c13: 28e6, c12: 40e6 };
 
@@ -43,27 +43,10 @@ fn discontent(most_iterations: usize) -> ElementTest {
     ElementTest { stopping: Stopping { tolerance: 0.0, most_iterations }, ..ElementTest::default() }
 }
 
-/// What work says that is told to stop as soon as `when` holds; it must end within an iteration of each of its threads.
-fn stopped<T: Send>(
-    watch: &Watch,
-    when: impl Fn(&Watch) -> bool + Sync,
-    work: impl FnOnce() -> Result<T> + Send,
-) -> String {
-    let (counted, outcome) = std::thread::scope(|scope| {
-        let teller = scope.spawn(|| {
-            while !when(watch) && !watch.stopped() {
-                std::thread::yield_now();
-            }
-            watch.stop();
-            std::sync::atomic::fence(Ordering::SeqCst);
-            watch.iterations()
-        });
-        let outcome = work();
-        watch.stop();
-        (teller.join().unwrap(), outcome)
-    });
-    assert!(when(watch), "the work ended by itself");
-    assert!(watch.iterations() <= counted + THREADS, "{} after {counted}", watch.iterations());
+/// What work says that its watch told to stop; it must end within an iteration of each of its threads.
+fn stopped<T>(watch: &Watch, after: u64, work: impl FnOnce() -> Result<T>) -> String {
+    let outcome = work();
+    assert!((after..=after + THREADS).contains(&watch.iterations()), "{} after {after}", watch.iterations());
     match outcome {
         Err(Error::Interrupted { message }) => message,
         Err(other) => panic!("{other}"),
@@ -74,29 +57,44 @@ fn stopped<T: Send>(
 #[test]
 fn a_watch_that_stops_ends_tests_and_corrections() {
     let network = network();
-    let begun = |watch: &Watch| watch.iterations() >= 3;
     for threads in [false, true] {
-        let test = ElementTest { threads, ..discontent(100_000) };
-        let said = stopped(&test.watch, begun, || test.run(&network));
+        let test = ElementTest { threads, watch: Watch::stopped_after(3), ..discontent(100_000) };
+        let said = stopped(&test.watch, 3, || test.run(&network));
         assert!(said.starts_with("the element test was not finished; "), "{said}");
         assert!(said.ends_with(&format!("{} iterations were done", test.watch.iterations())), "{said}");
     }
-    let test = DynamicTest { ramp: usize::MAX - 1, most_steps: usize::MAX, ..DynamicTest::default() };
-    let said = stopped(&test.watch, begun, || test.run(&network));
+    let test = DynamicTest {
+        ramp: usize::MAX - 1,
+        most_steps: usize::MAX,
+        watch: Watch::stopped_after(3),
+        ..DynamicTest::default()
+    };
+    let said = stopped(&test.watch, 3, || test.run(&network));
     assert!(said.starts_with("the dynamic element test was not finished; "), "{said}");
 
     for choice in [CorrectionChoice::General, CorrectionChoice::Elliptic] {
-        let test = discontent(300);
-        let watch = test.watch.clone();
-        let plan = LatticePlan {
-            model: Model::Micropolar,
-            correction: Some((choice, Correction { test, tolerance: 0.0, ..Correction::default() })),
+        let study = |watch: &Arc<Watch>, tolerance: f64| {
+            let test = ElementTest { watch: watch.clone(), ..discontent(40) };
+            let correction = Correction { test, tolerance, ..Correction::default() };
+            let plan = LatticePlan { model: Model::Micropolar, correction: Some((choice, correction)) };
+            LatticeStudy::planned(lattice().packing, &rock(), &Vector3::z(), 1.6, &plan)
         };
-        let corrects = |watch: &Watch| watch.stage().starts_with("correction ");
-        let work = || LatticeStudy::planned(lattice().packing, &rock(), &Vector3::z(), 1.6, &plan);
-        let said = stopped(&watch, corrects, work);
+        // A first test that is near enough has no correction after it.
+        let whole = Arc::new(Watch::default());
+        study(&whole, f64::INFINITY).unwrap();
+        let after = whole.iterations() + 3;
+        let watch = Watch::stopped_after(after);
+        let said = stopped(&watch, after, || study(&watch, 0.0));
         assert!(said.contains("not finished (correction ") && said.contains(", error "), "{said}");
     }
+}
+
+/// Another thread may tell the work to stop.
+#[test]
+fn a_watch_is_shared() {
+    let watch = Arc::new(Watch::default());
+    std::thread::scope(|scope| scope.spawn(|| watch.stop()).join().unwrap());
+    assert!(watch.stopped() && watch.check("the test").is_err());
 }
 
 #[test]
@@ -170,23 +168,19 @@ fn a_sweep_that_stops_ends_its_jobs() {
     let file = folder.path().join("table.toml");
     let table = ParameterTable::parse(&text, &file.display().to_string()).unwrap();
     let sweep = ElementSweep::new(&table).unwrap();
-    let output = folder.path().join("out");
-    let begun = |logs: &Path| std::fs::read_dir(logs).is_ok_and(|files| files.count() > 0);
-    let stop = Arc::new(AtomicBool::new(false));
-    let (_, summary) = std::thread::scope(|scope| {
-        scope.spawn(|| {
-            while !begun(&output.join("logs")) && !stop.load(Ordering::Relaxed) {
-                std::thread::yield_now();
-            }
-            stop.store(true, Ordering::Relaxed);
-        });
-        let outcome = sweep_into(&output, &table, &sweep, None, false, &stop, |_| ());
+    let store = Store::open(store_in(folder.path(), None), &table, None, &json!({})).unwrap();
+    let options = Options { retry: false, logs: folder.path().join("logs") };
+    let stop = AtomicBool::new(false);
+    let job = |job: &Job, log: &mut JobLog| {
+        let outcome = sweep.job(job, log, &Watch::stopped_after(3));
         stop.store(true, Ordering::Relaxed);
         outcome
-    })
-    .unwrap();
-    assert!(begun(&output.join("logs")) && summary.interrupted);
+    };
+    let summary = run_sweep(&table, &store, &options, &stop, job, |_| ()).unwrap();
+    assert!(std::fs::read_dir(&options.logs).unwrap().count() > 0 && summary.interrupted);
     assert_eq!((summary.counts.done, summary.counts.failed), (0, 0));
+    let summary = run_sweep(&table, &store, &options, &AtomicBool::new(false), |_, _| Ok(json!({})), |_| ()).unwrap();
+    assert_eq!((summary.counts.done, summary.interrupted), (2, false));
 }
 
 #[test]
@@ -199,8 +193,9 @@ fn a_grid_s_correction_can_be_stopped() {
     let grid = Neighbourhood::sphere(2.0, 1.0, Influence::Inverse).unwrap();
     let calibrator = ModelCalibrator::new(&grid, GridStudy::settings(Model::Central, Rotations::Free)).unwrap();
     let cell = GridCell { nodes: [6; 3], missing: Vec::new(), displacement: 0.0, seed: 2 }.with_missing(0.1).unwrap();
-    let correction = Correction { test: discontent(100_000), ..Correction::default() };
+    let test = ElementTest { watch: Watch::stopped_after(3), ..discontent(100_000) };
+    let correction = Correction { test, ..Correction::default() };
     let work = || GridStudy::new(&calibrator, cell, &rock(), Some(&correction));
-    let said = stopped(&correction.test.watch, |watch| watch.iterations() >= 3, work);
+    let said = stopped(&correction.test.watch, 3, work);
     assert!(said.contains("before the first correction"), "{said}");
 }

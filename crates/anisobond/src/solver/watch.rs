@@ -15,6 +15,8 @@ pub type Look<'a> = &'a dyn Fn(usize, f64) -> bool;
 pub struct Watch {
     stop: Arc<AtomicBool>,
     iterations: AtomicU64,
+    /// The most iterations the work may do.
+    most: Option<u64>,
     stage: Mutex<String>,
 }
 
@@ -22,6 +24,11 @@ impl Watch {
     /// A watch that is told to stop by a flag, too, which it may share with other work.
     pub fn stopped_by(flag: Arc<AtomicBool>) -> Arc<Watch> {
         Arc::new(Watch { stop: flag, ..Watch::default() })
+    }
+
+    /// A watch that tells the work to stop after so many iterations or steps, on all threads together.
+    pub fn stopped_after(iterations: u64) -> Arc<Watch> {
+        Arc::new(Watch { most: Some(iterations), ..Watch::default() })
     }
 
     /// Tell the work to stop.
@@ -51,7 +58,10 @@ impl Watch {
 
     /// Count one iteration, or step, that is done.
     pub fn count(&self) {
-        self.iterations.fetch_add(1, Ordering::Relaxed);
+        let done = self.iterations.fetch_add(1, Ordering::Relaxed) + 1;
+        if self.most.is_some_and(|most| done >= most) {
+            self.stop();
+        }
     }
 
     /// Go on, unless told to stop.

@@ -10,6 +10,9 @@ use crate::experiment::problem::{Condition, OutputPlan, Probe, Schedule};
 use crate::operator::particles::ParticleModel;
 use crate::tensor::Stiffness;
 
+/// A body of fewer mean diameters across is named.
+const FEW: f64 = 12.0;
+
 /// Everything that a run on a packing needs; nodes of conditions and probes are numbers of spheres.
 #[derive(Clone, Debug)]
 pub struct PackingProblem {
@@ -58,8 +61,8 @@ impl PackingProblem {
         radii.iter().sum::<f64>() / radii.len() as f64
     }
 
-    /// What a user should know before a run: spheres without bonds, parts that no bond joins,
-    /// materials that the lattice misses.
+    /// What a user should know before a run: spheres without bonds, parts that no bond joins, materials that the lattice
+    /// misses, a body of few spheres across.
     pub fn warnings(&self) -> Vec<String> {
         self.warnings_of(&Joined::new(self))
     }
@@ -70,7 +73,25 @@ impl PackingProblem {
             e.miss.as_ref().map(|miss| if many { format!("region {}: {miss}", e.region) } else { miss.clone() })
         };
         let missed = self.evidence.iter().filter_map(named);
-        joined.warnings(self).into_iter().chain(missed).chain(stress_warnings(self)).collect()
+        joined.warnings(self).into_iter().chain(missed).chain(stress_warnings(self)).chain(self.coarse()).collect()
+    }
+
+    /// A warning of a body that is few diameters across: its outer spheres lack bonds, and nothing makes up for them.
+    pub(super) fn coarse(&self) -> Option<String> {
+        let spheres = 0..self.model.packing.len();
+        let across = |a: usize| {
+            let places = spheres.clone().map(|s| self.position(s)[a]);
+            let (low, high) =
+                places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+            (high - low) / (2.0 * self.mean_radius()) + 1.0
+        };
+        let free = (0..3).filter(|&a| !self.periodic[a]).map(|a| (across(a), a));
+        let (diameters, axis) = free.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|(n, _)| *n < FEW)?;
+        Some(format!(
+            "the body is {diameters:.1} mean diameters across along {}: a bar six diameters thick stretched by a third too much, and the \
+             error falls with their number (docs/packings-in-motion.md); use smaller spheres",
+            ["x", "y", "z"][axis]
+        ))
     }
 
     /// Whether the body is periodic along all axes.

@@ -53,9 +53,7 @@ impl GridBonds<f64> {
 
     fn opening_of(&self, node: usize, u: &Padded<f64>, kinematics: Kinematics) -> Option<Opening> {
         // Most nodes near outer faces lack nothing.
-        if self.all_bonds(node).filter(|(_, _, unbroken)| !unbroken).nth(LEAST - 1).is_none() {
-            return None;
-        }
+        self.all_bonds(node).filter(|(_, _, unbroken)| !unbroken).nth(LEAST - 1)?;
         let here = Vector3::from(u.at(node));
         let (mut xi_sum, mut eta_sum, mut lengths, mut count) = (Vector3::zeros(), Vector3::zeros(), 0.0, 0);
         let (mut shortest, mut turned) = (0.0_f64, Matrix3::zeros());
