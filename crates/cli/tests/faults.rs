@@ -265,7 +265,7 @@ fn numbers_beyond_all_bounds_are_refused_at_once() {
             let message = refused(&[command, &case, "--set", set], 2);
             assert!(message.contains(part), "{set}: {message}");
         }
-        assert!(began.elapsed() < Duration::from_secs(20), "{set}");
+        assert!(began.elapsed() < Duration::from_secs(60), "{set}");
     }
     for args in [
         &["calibrate", "Si", "--spacing", "1e300 m"][..],
@@ -301,5 +301,5 @@ fn a_second_signal_ends_a_run_at_once() {
     }
     let began = Instant::now();
     assert_eq!(child.wait().unwrap().code(), Some(130));
-    assert!(began.elapsed() < Duration::from_secs(2));
+    assert!(began.elapsed() < Duration::from_secs(20));
 }
