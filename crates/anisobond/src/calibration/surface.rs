@@ -87,8 +87,15 @@ pub fn surface_stencils(
     }
 
     let nodes: Vec<usize> = (0..body.grid.len()).filter(|&i| body.has(i)).collect();
-    let cut_off: Vec<Option<Pattern>> =
-        nodes.par_iter().map(|&node| Pattern::of(body, neighbourhood, node, &connected)).collect();
+    let reach = std::array::from_fn(|a| bonds.iter().map(|b| b.offset[a].unsigned_abs() as usize).max().unwrap_or(0));
+    let deep = body.grid.uniform_around(&body.region, reach);
+    let cut_off: Vec<Option<Pattern>> = nodes
+        .par_iter()
+        .map(|&node| match deep[node] && (0..bonds.len()).all(|b| connected(node, b)) {
+            true => None,
+            false => Pattern::of(body, neighbourhood, node, &connected),
+        })
+        .collect();
 
     let problems: Vec<Problem> = micromodulus.iter().map(|c| Problem::new(neighbourhood, c)).collect();
     let mut number: HashMap<&Pattern, u16> = HashMap::new();

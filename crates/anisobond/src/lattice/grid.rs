@@ -1,6 +1,7 @@
 //! A regular grid of nodes, and the body that fills a part of it.
 
 use nalgebra::Vector3;
+use rayon::prelude::*;
 
 use crate::{Error, Result};
 
@@ -80,6 +81,28 @@ impl Grid {
             }
         }
         Some(self.index(to))
+    }
+
+    /// By node: whether its value is not 0 and that of all nodes within a reach (nodes, by axis) along every axis, none of
+    /// which is outside the grid. What holds for nodes of equal surroundings need be asked of few others.
+    pub fn uniform_around(&self, values: &[u16], reach: [usize; 3]) -> Vec<bool> {
+        let mut uniform: Vec<bool> = values.iter().map(|&v| v > 0).collect();
+        let mut stride = 1;
+        for (a, &reach) in reach.iter().enumerate() {
+            let (n, before) = (self.nodes[a], uniform.clone());
+            let is_uniform = |node: usize| {
+                let (at, first) = (node / stride % n, node - node / stride % n * stride);
+                let same = |to: usize| {
+                    let other = first + to % n * stride;
+                    before[other] && values[other] == values[node]
+                };
+                let inside = self.periodic[a] || (at >= reach && at + reach < n);
+                inside && (1..=reach).all(|d| same(at + d) && same(at + reach * n - d))
+            };
+            uniform.par_iter_mut().enumerate().for_each(|(node, uniform)| *uniform &= *uniform && is_uniform(node));
+            stride *= n;
+        }
+        uniform
     }
 }
 

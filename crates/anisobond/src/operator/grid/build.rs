@@ -253,12 +253,14 @@ impl<T: Real> GridBonds<T> {
     fn sort_nodes(&mut self) {
         let n = self.row_nodes();
         let (layout, one) = (self.layout.clone(), self.stencils.len() == 1);
+        let bulk = if one { Vec::new() } else { self.body.grid.uniform_around(&self.stencil, self.half.reach) };
         let is_special = |row: usize, e: usize, s: u16| {
-            !one && self.half.offset.iter().any(|&offset| {
-                [offset, offset.map(|x| -x)]
-                    .into_iter()
-                    .any(|offset| self.node_at(row, e, offset).is_some_and(|other| self.stencil[other] != s))
-            })
+            !one && !bulk[row * n + e]
+                && self.half.offset.iter().any(|&offset| {
+                    [offset, offset.map(|x| -x)]
+                        .into_iter()
+                        .any(|offset| self.node_at(row, e, offset).is_some_and(|other| self.stencil[other] != s))
+                })
         };
         let special: Vec<Vec<u32>> = (0..layout.rows())
             .into_par_iter()

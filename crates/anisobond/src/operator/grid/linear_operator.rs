@@ -45,9 +45,10 @@ impl<T: Real> GridOperator for GridBonds<T> {
 
     fn half_bonds(&self, node: usize, visit: &mut dyn FnMut(usize)) {
         let (row, e) = (node / self.row_nodes(), node % self.row_nodes());
+        let place = self.special_place(node);
         for p in (0..self.half.len()).filter(|&p| self.own_bit(row, e, p)) {
-            if let Some(other) = self.node_at(row, e, self.half.offset[p])
-                && self.constants_of(node, p, true)[0].f64() != 0.0
+            if self.constants_at(node, place, p, true)[0].f64() != 0.0
+                && let Some(other) = self.node_at(row, e, self.half.offset[p])
             {
                 visit(other);
             }
@@ -120,8 +121,9 @@ impl<T: Real> GridBonds<T> {
     /// Visit the unbroken bonds of a node: ξ (m, to the other end or from it), k (N/m), whether the other end is the
     /// node itself.
     pub(super) fn for_bonds(&self, node: usize, mut visit: impl FnMut(&nalgebra::Vector3<f64>, f64, bool)) {
+        let place = self.special_place(node);
         self.for_ends(node, |p, ahead, other| {
-            visit(&self.half.xi[p], self.constants_of(node, p, ahead)[0].f64(), other == node);
+            visit(&self.half.xi[p], self.constants_at(node, place, p, ahead)[0].f64(), other == node);
         });
     }
 }

@@ -23,6 +23,7 @@ mod offsets;
 mod openings;
 mod padded;
 mod real;
+mod shortened;
 mod softening;
 mod special;
 mod spectrum;

@@ -1,13 +1,14 @@
 //! The largest eigenvalue, which the stable step of explicit motion comes from: Δt = 2/√λ of M⁻¹K.
 
 use nalgebra::{Matrix3, Vector3};
+use rayon::prelude::*;
 
 use super::build::GridBonds;
 use super::failing::FailingBonds;
 use super::real::Real;
 use super::stencil::outer;
 use crate::calibration::StrainAverage;
-use crate::operator::lanczos::{gaussian, lanczos_bound};
+use crate::operator::lanczos::{STEPS, gaussian, lanczos_bound};
 use crate::operator::{GridOperator, Kinematics, VectorField};
 use crate::{Error, Result};
 
@@ -21,6 +22,10 @@ const LAST_STEP: f64 = 1e-5;
 /// What a sampled maximum may miss after refinement, relative.
 const MISSED: f64 = 1e-8;
 
+/// Nodes of a window, by the reach of the bonds, and Lanczos steps of a body that is shortened to its windows.
+const WINDOW: usize = 14;
+const STEPS_OF_SHORT: usize = 120;
+
 /// The largest displacement of the differences that stand for a tangent, relative to the grid's spacing.
 const DIFFERENCE: f64 = 1e-6;
 
@@ -32,7 +37,8 @@ impl<T: Real> GridBonds<T> {
     /// The smallest of three bounds. Of plane waves: the largest eigenvalue of K(φ) = Σ k (2 − 2 cos φ·o) n⊗n over the Brillouin zone,
     /// k the largest of any stencil; exact for a periodic body of one stencil, and a bound for what is left when bonds of
     /// it are taken away. Of nodes: 2 Σ k n⊗n. Of Lanczos steps (for several stencils or a nodal term): from a random
-    /// start, too low with probability 10⁻⁹ (Kuczyński and Woźniakowski 1992, theorem 4.2).
+    /// start, too low with probability 10⁻⁹ (Kuczyński and Woźniakowski 1992, theorem 4.2); in a large body, of its windows
+    /// (see [`GridBonds::between_windows`]).
     ///
     /// # Errors
     /// Densities that are missing or not positive.
@@ -47,15 +53,54 @@ impl<T: Real> GridBonds<T> {
         if one && whole || !(negative || nodal) {
             bound = self.zone_maximum()? / lightest;
         }
+        if let Some(short) = self.shortened_by_windows(negative || nodal)? {
+            let windows = short.lanczos(density, STEPS_OF_SHORT)? + short.between_windows(&short.masses(density)?);
+            return Ok(bound.min(windows));
+        }
         if !(one && whole || nodal || negative) {
             let of_node = |i: usize| 2.0 * self.diagonal_block(i).symmetric_eigenvalues().max() / mass[i];
-            let nodes: f64 = (0..mass.len()).filter(|&i| self.stencil[i] > 0).map(of_node).fold(0.0, f64::max);
-            bound = bound.min(nodes);
+            let nodes = (0..mass.len()).into_par_iter().filter(|&i| self.stencil[i] > 0).map(of_node);
+            bound = bound.min(nodes.reduce(|| 0.0, f64::max));
         }
         if self.stencils.len() > 1 || !bound.is_finite() {
-            bound = bound.min(lanczos_of(&mass, |u, f| self.forces(u, f)));
+            bound = bound.min(self.lanczos(density, STEPS)?);
         }
         Ok(bound)
+    }
+
+    /// A bound of the largest eigenvalue of M⁻¹K (1/s²) from so many Lanczos steps.
+    fn lanczos(&self, density: &[f64], steps: usize) -> Result<f64> {
+        Ok(lanczos_of(&self.masses(density)?, steps, |u, f| self.forces(u, f)))
+    }
+
+    /// The body shortened to its windows, if it has several stencils of bonds alone.
+    fn shortened_by_windows(&self, other_terms: bool) -> Result<Option<GridBonds<T>>> {
+        match other_terms || self.stencils.len() == 1 {
+            true => Ok(None),
+            false => self.shortened(self.window()),
+        }
+    }
+
+    /// Nodes of a window along an axis.
+    fn window(&self) -> usize {
+        WINDOW * self.half.reach.into_iter().max().unwrap_or(1)
+    }
+
+    /// What the largest eigenvalue of M⁻¹K (1/s²) of a body may have above that of its windows, of W nodes along every axis.
+    ///
+    /// With χ over all places of a window, products of sin πm/(W + 1) for m = 1 … W along each axis, Σ χ² = 1, bonds between nodes
+    /// d apart have ψᵀKψ = Σ (χψ)ᵀK(χψ) + ½ Σ ψᵢᵀ kᵢⱼ n⊗n ψⱼ Σ (χᵢ − χⱼ)², and Σ (χᵢ − χⱼ)² ≤ |d|² (2 − 2 cos π/(W + 1)),
+    /// d in spacings (Cycon et al. 1987, theorem 3.2: the localization formula of Ismagilov, Morgan, Simon and Sigal).
+    fn between_windows(&self, mass: &[f64]) -> f64 {
+        let theta = std::f64::consts::PI / (self.window() + 1) as f64;
+        let spacing = self.body.grid.spacing;
+        let of_node = |i: usize| {
+            let mut sum = 0.0;
+            self.for_bonds(i, |xi, k, _| sum += k * xi.norm_squared() / spacing.powi(2));
+            0.5 * sum * (2.0 - 2.0 * theta.cos()) / mass[i]
+        };
+        let nodes = (0..mass.len()).into_par_iter().filter(|&i| self.stencil[i] > 0);
+        nodes.map(of_node).reduce(|| 0.0, f64::max)
     }
 
     /// Masses of nodes (kg), infinite where there is none.
@@ -141,7 +186,7 @@ impl FailingBonds {
         let mass = self.grid().masses(density)?;
         let spacing = self.body().grid.spacing;
         let (mut moved, mut behind) = (u.clone(), VectorField::zeros(u.len()));
-        Ok(lanczos_of(&mass, |way, f| {
+        Ok(lanczos_of(&mass, STEPS, |way, f| {
             let largest = way.components.iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
             let h = DIFFERENCE * spacing / largest;
             let mut at = |h: f64, f: &mut VectorField| {
@@ -159,20 +204,25 @@ impl FailingBonds {
     }
 }
 
-/// A bound from Lanczos steps on M^(−1/2) K M^(−1/2), component by component; `forces(u, f)` gives f = −K u.
-fn lanczos_of(mass: &[f64], mut forces: impl FnMut(&VectorField, &mut VectorField)) -> f64 {
+/// Nodes that are taken together.
+const TOGETHER: usize = 1 << 13;
+
+/// A bound from so many Lanczos steps on M^(−1/2) K M^(−1/2), component by component; `forces(u, f)` gives f = −K u.
+fn lanczos_of(mass: &[f64], steps: usize, mut forces: impl FnMut(&VectorField, &mut VectorField)) -> f64 {
     let n = mass.len();
     let scale: Vec<f64> = mass.iter().map(|m| if m.is_finite() { m.sqrt().recip() } else { 0.0 }).collect();
-    let of = |(a, i): (usize, usize)| if scale[i] > 0.0 { gaussian(3 * i as u64 + a as u64) } else { 0.0 };
-    let start = (0..3 * n).map(|k| of((k / n, k % n))).collect();
+    let of = |k: usize| if scale[k % n] > 0.0 { gaussian(3 * (k % n) as u64 + (k / n) as u64) } else { 0.0 };
+    let start = (0..3 * n).into_par_iter().map(of).collect();
+    let scaled = |from: &[f64], to: &mut [f64], sign: f64| {
+        let chunks = to.par_chunks_mut(TOGETHER).zip(from.par_chunks(TOGETHER)).zip(scale.par_chunks(TOGETHER));
+        chunks.for_each(|((to, from), scale)| {
+            to.iter_mut().zip(from.iter().zip(scale)).for_each(|(to, (x, s))| *to = sign * x * s);
+        });
+    };
     let (mut u, mut force) = (VectorField::zeros(n), VectorField::zeros(n));
-    lanczos_bound(start, |v, w| {
-        for (u, v) in u.components.iter_mut().zip(v.chunks_exact(n)) {
-            u.iter_mut().zip(v.iter().zip(&scale)).for_each(|(u, (v, s))| *u = v * s);
-        }
+    lanczos_bound(start, steps, |v, w| {
+        u.components.iter_mut().zip(v.chunks_exact(n)).for_each(|(u, v)| scaled(v, u, 1.0));
         forces(&u, &mut force);
-        for (f, w) in force.components.iter().zip(w.chunks_exact_mut(n)) {
-            w.iter_mut().zip(f.iter().zip(&scale)).for_each(|(w, (f, s))| *w = -f * s);
-        }
+        force.components.iter().zip(w.chunks_exact_mut(n)).for_each(|(f, w)| scaled(f, w, -1.0));
     })
 }

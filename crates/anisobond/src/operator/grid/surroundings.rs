@@ -70,14 +70,18 @@ impl<T: Real> Surroundings<T> {
         let mut numbers: HashMap<u128, u32> = HashMap::new();
         for nodes in bonds.special.chunks(TOGETHER) {
             let find = |known: &mut KnownLayers, &node: &u32| {
-                let constants = bonds.constants_around(node as usize, padded, interfaces.as_ref(), known);
-                (hash(&constants), constants, bonds.unbroken_around(node as usize, padded))
+                let node = node as usize;
+                let of_layers = interfaces.as_ref().map(|i| bonds.constants_around(node, padded, Some(i), known));
+                let hash = of_layers.as_ref().map_or_else(|| hash_of_stencils(&bonds.stencils_around(node)), hash);
+                (node, hash, of_layers, bonds.unbroken_around(node, padded))
             };
             let found: Vec<_> = nodes.par_iter().map_init(KnownLayers::new, find).collect();
-            for (hash, constants, bits) in found {
+            for (node, hash, of_layers, bits) in found {
                 unbroken.extend(bits);
                 let next = numbers.len() as u32;
                 of.push(*numbers.entry(hash).or_insert_with(|| {
+                    let constants = of_layers
+                        .unwrap_or_else(|| bonds.constants_around(node, padded, None, &mut KnownLayers::new()));
                     stiffness.extend_from_slice(&constants[0]);
                     critical.extend_from_slice(&constants[1]);
                     next
@@ -165,6 +169,15 @@ impl<T: Real> GridBonds<T> {
         [stiffness, critical]
     }
 
+    /// Stencil of a node and of the other ends of its bonds, 0 where there is none: without interfaces they say what its
+    /// bonds' constants are.
+    fn stencils_around(&self, node: usize) -> Vec<u16> {
+        let (row, e) = (node / self.row_nodes(), node % self.row_nodes());
+        let of = |other: Option<usize>| other.map_or(0, |other| self.stencil[other]);
+        let ends = self.half.offset.iter().flat_map(|&to| [to, to.map(|x| -x)]);
+        std::iter::once(self.stencil[node]).chain(ends.map(|to| of(self.node_at(row, e, to)))).collect()
+    }
+
     /// Bits of a node's unbroken bonds.
     fn unbroken_around(&self, node: usize, padded: usize) -> Vec<u16> {
         let (row, e) = (node / self.row_nodes(), node % self.row_nodes());
@@ -181,7 +194,12 @@ impl<T: Real> GridBonds<T> {
 
     /// k (N/m) and s_c (–) of half bond p of a node, or of the bond at its −ξ, as both of its ends know it.
     pub(super) fn constants_of(&self, node: usize, p: usize, ahead: bool) -> [T; 2] {
-        if let Some(place) = self.special_place(node) {
+        self.constants_at(node, self.special_place(node), p, ahead)
+    }
+
+    /// The same of a node whose place in the list of special ones is known.
+    pub(super) fn constants_at(&self, node: usize, place: Option<usize>, p: usize, ahead: bool) -> [T; 2] {
+        if let Some(place) = place {
             return self.surroundings.constants(place, p, ahead);
         }
         let (b, from) = (self.half.full[p], (usize::from(self.stencil[node]) - 1) * self.half.bonds);
@@ -195,6 +213,12 @@ impl<T: Real> GridBonds<T> {
         let of_row = &self.special[from..self.special_from[row + 1] as usize];
         of_row.binary_search(&(node as u32)).ok().map(|place| from + place)
     }
+}
+
+/// A number for the stencils around a node, by which equal ones are found.
+fn hash_of_stencils(stencils: &[u16]) -> u128 {
+    let bytes: Vec<u8> = stencils.iter().flat_map(|s| s.to_le_bytes()).collect();
+    XxHash3_128::oneshot(&bytes)
 }
 
 /// A number for the constants of a node's bonds, by which equal ones are found.

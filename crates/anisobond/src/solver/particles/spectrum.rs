@@ -1,7 +1,7 @@
 //! The largest frequency, which the stable step comes from.
 
 use crate::Result;
-use crate::operator::lanczos::{gaussian, lanczos_bound};
+use crate::operator::lanczos::{STEPS, gaussian, lanczos_bound};
 use crate::operator::particles::Particles;
 use crate::operator::{BondList, Network, StiffBond};
 
@@ -39,7 +39,7 @@ pub fn largest_squared_frequency(particles: &Particles) -> Result<f64> {
     }
     let (mut x, mut y) = (list.zeros::<1>(), list.zeros::<1>());
     let start = (0..6 * n as u64).map(gaussian).collect();
-    Ok(lanczos_bound(start, |v, w| {
+    Ok(lanczos_bound(start, STEPS, |v, w| {
         for (k, (x, v)) in x.iter_mut().zip(v.chunks_exact(6)).enumerate() {
             *x = std::array::from_fn(|i| [v[i] * scale[k][i / 3]]);
         }
