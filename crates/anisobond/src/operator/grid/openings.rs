@@ -8,9 +8,12 @@ use super::measure::elongation;
 use super::padded::Padded;
 use crate::operator::Kinematics;
 
-/// Bonds that a node at the face of a crack lacks point one way: |Σ ξ| over Σ |ξ| is above this, and there are so many.
+/// Bonds that a node at the face of a crack lacks point one way: |Σ ξ| over Σ |ξ| is above this, ...
 const ONE_SIDED: f64 = 0.5;
-const LEAST: usize = 3;
+
+/// ... and they are at least this part of all. A node at a plane lacks two fifths; ahead of a tip a few bonds are cut as well, whose
+/// ends approach each other where the crack opens.
+const LACKING: f64 = 0.25;
 
 /// How a node has moved against those that bonds no longer join it to.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,7 +56,12 @@ impl GridBonds<f64> {
 
     fn opening_of(&self, node: usize, u: &Padded<f64>, kinematics: Kinematics) -> Option<Opening> {
         // Most nodes near outer faces lack nothing.
-        self.all_bonds(node).filter(|(_, _, unbroken)| !unbroken).nth(LEAST - 1)?;
+        let (all, lacking) = self
+            .all_bonds(node)
+            .fold((0, 0), |(all, lacking), (_, _, unbroken)| (all + 1, lacking + usize::from(!unbroken)));
+        if lacking == 0 || (lacking as f64) < LACKING * f64::from(all) {
+            return None;
+        }
         let here = Vector3::from(u.at(node));
         let (mut xi_sum, mut eta_sum, mut lengths, mut count) = (Vector3::zeros(), Vector3::zeros(), 0.0, 0);
         let (mut shortest, mut turned) = (0.0_f64, Matrix3::zeros());
