@@ -33,6 +33,12 @@ pub trait GridOperator: Sync {
     /// every bond that has stiffness once.
     fn half_bonds(&self, node: usize, visit: &mut dyn FnMut(usize));
 
+    /// Visit both ends of unbroken bonds that have stiffness and are at an offset from their first end, on several threads: some of
+    /// those that [`GridOperator::half_bonds`] visits, faster.
+    fn bonds_along(&self, offset: [i32; 3], visit: &(dyn Fn(usize, usize) + Sync)) {
+        let _ = (offset, visit);
+    }
+
     /// The stiffness tensor of a region's bulk (Pa), for coarse grids; the region of a node is `body.region` − 1.
     fn bulk_stiffness(&self, region: u16) -> Stiffness;
 

@@ -19,7 +19,7 @@ const PASSES: usize = 3;
 const BEFORE: usize = 1;
 
 /// Passes that took so long are enough.
-const ENOUGH: Duration = Duration::from_millis(300);
+const ENOUGH: Duration = Duration::from_millis(100);
 
 /// Passes over the bonds that the solution of one load step takes where none breaks: about 70 iterations, each with coarse
 /// grids and sums of vectors that take as long as the bonds.

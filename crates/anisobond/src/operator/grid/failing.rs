@@ -445,6 +445,10 @@ impl GridOperator for FailingBonds {
         own.filter(|b| b.stiffness != 0.0).for_each(|b| visit(b.other as usize));
     }
 
+    fn bonds_along(&self, offset: [i32; 3], visit: &(dyn Fn(usize, usize) + Sync)) {
+        self.grid.bonds_along(offset, visit);
+    }
+
     fn bulk_stiffness(&self, region: u16) -> Stiffness {
         self.grid.bulk_stiffness(region)
     }

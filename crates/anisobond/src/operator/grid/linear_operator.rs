@@ -1,6 +1,7 @@
 //! Bonds as the operator that solvers of equilibrium see.
 
 use nalgebra::Matrix3;
+use rayon::prelude::*;
 
 use super::build::GridBonds;
 use super::padded::Padded;
@@ -53,6 +54,21 @@ impl<T: Real> GridOperator for GridBonds<T> {
                 visit(other);
             }
         }
+    }
+
+    fn bonds_along(&self, offset: [i32; 3], visit: &(dyn Fn(usize, usize) + Sync)) {
+        let Some(p) = self.half.offset.iter().position(|o| *o == offset) else { return };
+        let n = self.row_nodes();
+        (0..self.stencil.len()).into_par_iter().with_min_len(4096).filter(|&node| self.stencil[node] > 0).for_each(
+            |node| {
+                if self.own_bit(node / n, node % n, p)
+                    && self.constants_of(node, p, true)[0].f64() != 0.0
+                    && let Some(other) = self.node_at(node / n, node % n, offset)
+                {
+                    visit(node, other);
+                }
+            },
+        );
     }
 
     fn bulk_stiffness(&self, region: u16) -> Stiffness {

@@ -74,11 +74,18 @@ impl ConnectedPart {
 pub fn separate_parts(operator: &dyn GridOperator) -> Vec<ConnectedPart> {
     let body = operator.body();
     let parent: Vec<AtomicU32> = (0..body.grid.len() as u32).map(AtomicU32::new).collect();
+    let is_root = |node: &usize| body.has(*node) && parent[*node].load(Relaxed) == *node as u32;
+    let one_part = || (0..body.grid.len()).filter(is_root).take(2).count() < 2;
+    // The shortest bonds make one part of most bodies.
+    for offset in [[1, 0, 0], [0, 1, 0], [0, 0, 1]] {
+        operator.bonds_along(offset, &|a, b| join(&parent, a as u32, b as u32));
+    }
+    if one_part() {
+        return Vec::new();
+    }
     let nodes = (0..body.grid.len()).into_par_iter().with_min_len(1024).filter(|&node| body.has(node));
     nodes.for_each(|node| operator.half_bonds(node, &mut |other| join(&parent, node as u32, other as u32)));
-    let root = |node: &usize| parent[*node].load(Relaxed) == *node as u32;
-    let roots = (0..body.grid.len()).filter(|&node| body.has(node)).filter(root).take(2).count();
-    if roots > 1 { parts(body, &parent) } else { Vec::new() }
+    if one_part() { Vec::new() } else { parts(body, &parent) }
 }
 
 /// The connected parts of a body by their first nodes, and the neighbours that cracks part.
