@@ -1,7 +1,7 @@
 //! A case file of any content is refused with a message or resolved to a problem whose every node is in its body.
 #![no_main]
 
-use anisobond::io::CaseFile;
+use anisobond_app::CaseFile;
 
 libfuzzer_sys::fuzz_target!(|text: &str| {
     match CaseFile::parse(text, "case.toml", &[]) {

@@ -1,7 +1,7 @@
 //! A material file of any content is refused with a message or read as a sound material.
 #![no_main]
 
-use anisobond::io::parse_material;
+use anisobond_formats::parse_material;
 
 libfuzzer_sys::fuzz_target!(|text: &str| {
     for place in ["rock.toml", "rock.json"] {

@@ -1,7 +1,7 @@
 //! An orientation of any text is refused with a message or an orthogonal matrix; a quantity is refused or finite.
 #![no_main]
 
-use anisobond::io::{Dimension, parse_orientation};
+use anisobond_formats::{Dimension, parse_orientation};
 
 libfuzzer_sys::fuzz_target!(|text: &str| {
     if let Ok(q) = parse_orientation(text) {

@@ -1,7 +1,7 @@
 //! A packing's file of any content is refused with a message, or read to a packing that is written and read back the same.
 #![no_main]
 
-use anisobond::io::{PackingFormat, packing_text, parse_packing};
+use anisobond_formats::{PackingFormat, packing_text, parse_packing};
 
 libfuzzer_sys::fuzz_target!(|text: &str| {
     for format in [PackingFormat::Text, PackingFormat::Csv, PackingFormat::Vtp, PackingFormat::Lammps] {

@@ -3,7 +3,7 @@
 
 use std::collections::HashSet;
 
-use anisobond::io::sweep::ParameterTable;
+use anisobond_app::sweep::ParameterTable;
 
 libfuzzer_sys::fuzz_target!(|text: &str| {
     for file in ["sweep.toml", "sweep.csv"] {

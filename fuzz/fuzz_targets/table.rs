@@ -1,7 +1,7 @@
 //! A table of any content is refused with a message, or each of its rows is.
 #![no_main]
 
-use anisobond::io::parse_table;
+use anisobond_formats::parse_table;
 
 libfuzzer_sys::fuzz_target!(|text: &str| {
     for place in ["rocks.csv", "rocks.json", "rocks.jsonl", "rocks"] {

@@ -4,7 +4,7 @@
 use anisobond::calibration::{LowerBound, Model, ModelCalibrator, ModelSettings};
 use anisobond::experiment::closed_forms::{Cantilever, PressurisedHole, bar_wave, plate_waves};
 use anisobond::experiment::{Condition, FieldName, History, Problem, Simulation};
-use anisobond::io::CaseFile;
+use anisobond_app::CaseFile;
 use anisobond::lattice::{Body, Grid, Influence, Neighbourhood};
 use anisobond::operator::grid::{GridBonds, Stencil};
 use anisobond::operator::{GridOperator, VectorField};

@@ -11,7 +11,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use anisobond::calibration::{Calibrator, LowerBound, ModelCalibrator, ModelSettings, Promise};
-use anisobond::io::{ModelReport, NeighbourhoodReport};
+use anisobond_app::{ModelReport, NeighbourhoodReport};
 use anisobond::lattice::{Influence, Neighbourhood};
 use anisobond::tensor::{Material, Stiffness};
 

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use anisobond::calibration::{EllipticFit, LatticeStiffness, TransverseConstants};
 use anisobond::experiment::element_test::{DynamicTest, ElementTest};
-use anisobond::io::read_packing;
+use anisobond_formats::read_packing;
 use anisobond::lattice::{Lattice, Packing};
 use anisobond::operator::{BondList, Network};
 use anisobond::solver::BlockJacobi;

@@ -11,7 +11,7 @@ use std::time::Instant;
 use anisobond::calibration::{EllipticFit, LatticeStiffness, TransverseConstants};
 use anisobond::experiment::element_test::ElementTest;
 use anisobond::experiment::particles::{MotionPlan, ParticleMotion};
-use anisobond::io::read_packing;
+use anisobond_formats::read_packing;
 use anisobond::lattice::{Lattice, Packing};
 use anisobond::operator::particles::{ParticleModel, Particles, Strength, bulk_masses};
 use anisobond::operator::{Kinematics, Network};

@@ -1,7 +1,7 @@
 //! From an elastic stiffness tensor to the bonds of a discrete model.
 //!
 //! Data flows one way; each module uses only modules before it (a test reads this list):
-//! tensor → lattice → calibration → operator → solver → experiment → io.
+//! tensor → lattice → calibration → operator → solver → experiment.
 //!
 //! SI units throughout: Pa, m, kg/m³; angles in radians unless a name says otherwise.
 
@@ -17,6 +17,5 @@ pub mod calibration;
 pub mod operator;
 pub mod solver;
 pub mod experiment;
-pub mod io;
 
 pub use error::{Error, Result};

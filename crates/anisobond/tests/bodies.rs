@@ -5,7 +5,7 @@ mod grid_forces;
 
 use anisobond::calibration::{LowerBound, ModelCalibrator, ModelSettings};
 use anisobond::experiment::{Condition, History, Problem, Schedule, Simulation};
-use anisobond::io::CaseFile;
+use anisobond_app::CaseFile;
 use anisobond::lattice::{Body, Grid, Influence, Neighbourhood};
 use anisobond::operator::grid::{GridBonds, Stencil};
 use anisobond::operator::{Kinematics, VectorField};

@@ -4,7 +4,7 @@
 mod case_common;
 
 use anisobond::experiment::{Condition, History};
-use anisobond::io::{CaseFile, starter_case};
+use anisobond_app::{CaseFile, starter_case};
 use case_common::{BLOCK, message, problem};
 use proptest::prelude::*;
 

@@ -3,7 +3,8 @@
 #[path = "common/case.rs"]
 mod case_common;
 
-use anisobond::io::{CaseFile, LatticeKind, parse_stl, starter_case};
+use anisobond_app::{CaseFile, LatticeKind, starter_case};
+use anisobond_formats::parse_stl;
 use anisobond::lattice::Solid;
 use case_common::{ball, binary_stl, files, root};
 use nalgebra::Vector3;
@@ -71,7 +72,7 @@ history = { table = "load.csv" }
 duration = "1 ms"
 "#;
     std::fs::write(&path, text).unwrap();
-    let p = anisobond::io::read_case(&path, &["name=ball".to_string()]).unwrap();
+    let p = anisobond_app::read_case(&path, &["name=ball".to_string()]).unwrap();
     // A polyhedron's volume is a sixth of the sum of a·(b × c).
     let exact = ball(3).iter().map(|[a, b, c]| a.dot(&b.cross(c))).sum::<f64>().abs() / 6.0 * 1e-9;
     let volume = p.body.nodes() as f64 * 1e-12;

@@ -4,7 +4,7 @@
 mod case_common;
 
 use anisobond::experiment::{Condition, Crack, FractureEnergy, History, Problem, Schedule};
-use anisobond::io::CaseFile;
+use anisobond_app::CaseFile;
 use case_common::{BLOCK, case, problem, with};
 use nalgebra::{Rotation3, Vector3};
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anisobond::experiment::cavity::{Cavity, CavityBody, CavityStatics, Rays, statics, waves};
-use anisobond::io::{CaseFile, LatticeKind};
+use anisobond_app::{CaseFile, LatticeKind};
 use anisobond::tensor::Stiffness;
 use nalgebra::Vector3;
 

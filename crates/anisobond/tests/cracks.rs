@@ -4,7 +4,7 @@ mod common;
 
 use anisobond::calibration::{Calibrator, CrackPlanes, CriticalStretches, EnergyByNormal, LowerBound, fracture_energy};
 use anisobond::experiment::{CrackPath, Simulation, diffuse_warning};
-use anisobond::io::CaseFile;
+use anisobond_app::CaseFile;
 use anisobond::lattice::{Body, Grid, Influence, Neighbourhood};
 use anisobond::operator::grid::{GridBonds, Stencil};
 use anisobond::operator::{Kinematics, VectorField};

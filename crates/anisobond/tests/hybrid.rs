@@ -8,7 +8,7 @@ use anisobond::calibration::{
     Calibrator, Dispersion, HybridCalibration, HybridCalibrator, HybridForm, LowerBound, ModelCalibrator,
     ModelSettings, advise,
 };
-use anisobond::io::{ModelReport, NeighbourhoodReport};
+use anisobond_app::{ModelReport, NeighbourhoodReport};
 use anisobond::lattice::{Influence, Neighbourhood};
 use anisobond::operator::PeriodicHybrid;
 use anisobond::tensor::{Material, PAIRS, Stiffness, mandel_weight};

@@ -2,7 +2,7 @@
 //! lines of the lattice.
 
 use anisobond::experiment::{Crack, FieldName, Simulation};
-use anisobond::io::CaseFile;
+use anisobond_app::CaseFile;
 use anisobond::lattice::{Influence, Neighbourhood};
 use anisobond::tensor::Stiffness;
 use nalgebra::{Matrix3, Vector3};

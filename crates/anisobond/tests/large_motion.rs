@@ -1,7 +1,7 @@
 //! Bodies with nodal terms that turn and bend far, and reaction probes.
 
 use anisobond::experiment::{Condition, Probe, Problem, Quantity, Simulation, Softening};
-use anisobond::io::CaseFile;
+use anisobond_app::CaseFile;
 use nalgebra::Vector3;
 
 /// Isotropic, E = 72 GPa, ν = 0.35: a third of the stiffness is the nodal term's.

@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use anisobond::Error;
 use anisobond::experiment::{Between, Collapse, Outcome, Problem, RunCost, Simulation};
-use anisobond::io::Inputs;
-use anisobond::io::run::{RunOptions, RunSummary, run_problem};
+use anisobond_formats::Inputs;
+use anisobond_app::run::{RunOptions, RunSummary, run_problem};
 use case::problem;
 
 /// A bar in plane strain, 40 × 8 nodes, E = 80 GPa and ν = ¼, that breaks at a stretch of 10⁻³; its ends do not break.

@@ -5,7 +5,7 @@ mod common;
 use std::f64::consts::PI;
 
 use anisobond::Error;
-use anisobond::io::{PackingFormat, packing_text, parse_packing, read_packing, write_packing};
+use anisobond_formats::{PackingFormat, packing_text, parse_packing, read_packing, write_packing};
 use anisobond::lattice::generate::{
     Crystal, Extent, Generated, Outcome, Progress, Radii, RandomPacking, Share, Target, crystal, random,
     random_observed,

@@ -1,6 +1,6 @@
 //! Our numbers against those of Elasticipy, pymatgen and ELATE (verification/peers, docs/peers.md).
 
-use anisobond::io::TensorReport;
+use anisobond_app::TensorReport;
 use anisobond::tensor::{DirectionalModuli, Extremes, Material, SYMMETRY_TOLERANCE, Stiffness, SymmetryClass};
 use nalgebra::{Matrix6, Vector3, Vector6};
 use serde_json::Value;

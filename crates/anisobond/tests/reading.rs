@@ -3,7 +3,7 @@
 #[path = "common/reading.rs"]
 mod reading_common;
 
-use anisobond::io::{parse_class, parse_material, parse_orientation, read_material};
+use anisobond_formats::{parse_class, parse_material, parse_orientation, read_material};
 use anisobond::tensor::{Stiffness, SymmetryClass, closure, project};
 use nalgebra::{Matrix6, Rotation3, Vector3};
 use reading_common::{Folder, ROCK, assert_same, generic, list, read, rock, rows};

@@ -3,7 +3,7 @@
 #[path = "common/reading.rs"]
 mod reading_common;
 
-use anisobond::io::{parse_material, parse_orientation, parse_table};
+use anisobond_formats::{parse_material, parse_orientation, parse_table};
 use nalgebra::Matrix6;
 use proptest::prelude::*;
 use reading_common::{GOOD, HEADER, ROCK, generic, message, rows};
@@ -202,7 +202,7 @@ fn mutated() -> impl Strategy<Value = String> {
 
 /// Reads a text as everything; whatever is accepted must be sound.
 fn read_as_everything(text: &str) {
-    use anisobond::io::Dimension::{Angle, Compliance, Density, Length, Stress};
+    use anisobond_formats::Dimension::{Angle, Compliance, Density, Length, Stress};
     for place in ["x.toml", "x.json"] {
         if let Ok(m) = parse_material(text, place) {
             assert!(m.stiffness.require_positive_definite().is_ok() && m.stiffness.norm().is_finite());
@@ -236,7 +236,7 @@ proptest! {
 
     #[test]
     fn quantities_round_trip(value in -1e12..1e12_f64) {
-        prop_assert_eq!(anisobond::io::parse_stress(&format!("{value} Pa")).unwrap(), value);
-        prop_assert_eq!(anisobond::io::parse_length(&format!("{value:e}m")).unwrap(), value);
+        prop_assert_eq!(anisobond_formats::parse_stress(&format!("{value} Pa")).unwrap(), value);
+        prop_assert_eq!(anisobond_formats::parse_length(&format!("{value:e}m")).unwrap(), value);
     }
 }

@@ -5,11 +5,11 @@ mod reading_common;
 
 use std::path::Path;
 
-use anisobond::io::{is_table, parse_material, parse_table, read_table};
+use anisobond_formats::{is_table, parse_material, parse_table, read_table};
 use anisobond::tensor::{Material, Stiffness};
 use reading_common::{Folder, GOOD, HEADER, assert_same, read};
 
-fn table_of(text: &str) -> Vec<anisobond::io::Row> {
+fn table_of(text: &str) -> Vec<anisobond_formats::Row> {
     parse_table(text, "rocks", None).unwrap_or_else(|e| panic!("{e}\n{text}")).rows
 }
 
@@ -114,7 +114,7 @@ fn a_broken_row_carries_its_error_and_the_others_go_on() {
     check_rows(&table_of(&list), &expected);
 }
 
-fn check_rows(rows: &[anisobond::io::Row], expected: &[(&str, usize, &str)]) {
+fn check_rows(rows: &[anisobond_formats::Row], expected: &[(&str, usize, &str)]) {
     assert_eq!(rows.len(), expected.len());
     for (row, (id, line, message)) in rows.iter().zip(expected) {
         assert_eq!((row.id.as_str(), row.line), (*id, *line), "{row:?}");
@@ -268,7 +268,7 @@ fn known_columns_of_tables_count() {
     let other = |more: &str, value: &str| only(&format!("{HEADER},{more}\na,b,{},{value}", GOOD.replace("270", "240")));
     assert!(other("class", "isotropic").unwrap_err().contains("column class"));
     let plain = other("unit", "GPa").unwrap();
-    let q = anisobond::io::parse_orientation("bunge:45,90,0").unwrap();
+    let q = anisobond_formats::parse_orientation("bunge:45,90,0").unwrap();
     let turned = other("orientation", "\"bunge:45,90,0\"").unwrap();
     assert!(plain.relative_error(&turned) > 1e-3);
     assert_same(&plain.rotated(&q), &turned, "orientation");
@@ -288,7 +288,7 @@ fn rows_of_one_name_are_chosen_by_line() {
     let path = folder.path().join("temperatures.csv");
     let hot = GOOD.replace("270", "240");
     std::fs::write(&path, format!("{HEADER}\nQ,300 K,{GOOD}\nQ,600 K,{hot}\nR,,{GOOD}\n")).unwrap();
-    let find = |row: &str| anisobond::io::find_material(path.to_str().unwrap(), Some(row), None);
+    let find = |row: &str| anisobond_formats::find_material(path.to_str().unwrap(), Some(row), None);
     let message = find("Q").unwrap_err().to_string();
     assert!(message.contains("2 rows are called Q, in lines 2 and 3") && message.contains("--row line:2"), "{message}");
     let [first, second] = ["line:2", "line:3"].map(|row| find(row).unwrap().stiffness.voigt()[(0, 0)]);

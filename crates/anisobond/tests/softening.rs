@@ -6,7 +6,7 @@ use std::collections::{HashMap, HashSet};
 
 use anisobond::calibration::{Calibrator, CrackPlanes, CriticalStretches, LowerBound, fracture_energy};
 use anisobond::experiment::Simulation;
-use anisobond::io::CaseFile;
+use anisobond_app::CaseFile;
 use anisobond::lattice::{Body, Grid, Influence, Neighbourhood};
 use anisobond::operator::grid::naive::NaiveBonds;
 use anisobond::operator::grid::{FailingBonds, GridBonds, LinearSoftening, Stencil};

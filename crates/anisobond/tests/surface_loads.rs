@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use anisobond::experiment::Condition;
-use anisobond::io::{CaseFile, LatticeKind};
+use anisobond_app::{CaseFile, LatticeKind};
 use nalgebra::Vector3;
 
 /// Forces of the first condition with the places of their nodes.

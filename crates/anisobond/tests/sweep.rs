@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use anisobond::io::Inputs;
-use anisobond::io::sweep::{
+use anisobond_formats::Inputs;
+use anisobond_app::sweep::{
     Job, JobLog, Options, ParameterTable, Shard, SlurmScript, State, Store, Summary, Value, merge, run_sweep,
     slurm_script, sweep_chart,
 };

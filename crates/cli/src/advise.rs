@@ -1,7 +1,8 @@
 //! `anisobond advise`.
 
 use anisobond::Result;
-use anisobond::io::{AdviceReport, find_material};
+use anisobond_app::AdviceReport;
+use anisobond_formats::find_material;
 
 use crate::{Ending, args, text};
 

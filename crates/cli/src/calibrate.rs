@@ -3,7 +3,8 @@
 use anisobond::calibration::{
     HybridForm, LowerBound, ModelCalibration, ModelCalibrator, ModelSettings, Outcome, Promise,
 };
-use anisobond::io::{self, BondModuli, Files, ModelReport, NeighbourhoodReport, parse_orientation, picture};
+use anisobond_formats::{BondModuli, parse_orientation};
+use anisobond_app::{Files, ModelReport, NeighbourhoodReport};
 use anisobond::lattice::{Neighbourhood, Shape};
 use anisobond::tensor::Material;
 use anisobond::{Error, Result};
@@ -19,7 +20,7 @@ pub fn run(args: &args::Calibrate) -> Result<Ending> {
         return Err(Error::input(format!("--require-exact={error}"), "give a relative error ≥ 0, as 1e-9"));
     }
     let views = views(&args.cut)?;
-    if args.table.row.is_none() && io::is_table(&args.material) {
+    if args.table.row.is_none() && anisobond_formats::is_table(&args.material) {
         let neighbourhood = neighbourhood(&args.neighbourhood)?;
         let calibrator = ModelCalibrator::new(&neighbourhood, settings)?;
         return table::run(args, &if args.prove { calibrator } else { calibrator.without_proof() });
@@ -31,7 +32,7 @@ pub fn run(args: &args::Calibrate) -> Result<Ending> {
     if args.jsonl {
         return Err(Error::input(format!("--jsonl, but {} is one material", args.material), "use --json"));
     }
-    let material = io::find_material(&args.material, args.table.row.as_deref(), args.table.unit.as_deref())?;
+    let material = anisobond_formats::find_material(&args.material, args.table.row.as_deref(), args.table.unit.as_deref())?;
     let done = Calibrated::new(args, material)?;
     let report = &done.report;
     if let Some(folder) = &args.output {
@@ -132,7 +133,7 @@ pub fn shape_and_horizon(args: &args::NeighbourhoodArgs) -> Result<(Shape, f64, 
 /// The neighbourhood that the flags describe.
 pub fn neighbourhood(args: &args::NeighbourhoodArgs) -> Result<Neighbourhood> {
     let (shape, horizon, spacing) = shape_and_horizon(args)?;
-    let influence = io::find_influence(&args.influence).map_err(|e| e.at("--influence"))?;
+    let influence = anisobond_formats::find_influence(&args.influence).map_err(|e| e.at("--influence"))?;
     let mut neighbourhood = Neighbourhood::new(shape, horizon, spacing, influence)?;
     for rotation in &args.rotate {
         let q = parse_orientation(rotation).map_err(|e| e.at("--rotate"))?;
@@ -142,14 +143,14 @@ pub fn neighbourhood(args: &args::NeighbourhoodArgs) -> Result<Neighbourhood> {
 }
 
 /// The panels of the picture: the whole, and the cuts asked for.
-fn views(cuts: &[String]) -> Result<Option<Vec<picture::View>>> {
+fn views(cuts: &[String]) -> Result<Option<Vec<anisobond_plot::View>>> {
     if cuts.is_empty() {
         return Ok(None);
     }
-    let mut views = vec![picture::View::whole()];
+    let mut views = vec![anisobond_plot::View::whole()];
     for cut in cuts {
         let normal = text::vector(cut, "--cut")?;
-        views.push(picture::View::cut(normal).map_err(|e| e.at("--cut"))?);
+        views.push(anisobond_plot::View::cut(normal).map_err(|e| e.at("--cut"))?);
     }
     Ok(Some(views))
 }
@@ -174,11 +175,11 @@ impl Calibrated {
 
     /// The bonds as a table.
     pub fn bonds(&self) -> Result<String> {
-        io::bonds_csv(&self.neighbourhood, &BondModuli::of(&self.result), &self.material.name)
+        anisobond_formats::bonds_csv(&self.neighbourhood, &BondModuli::of(&self.result), &self.material.name)
     }
 
     /// The files of a folder, made in memory.
-    pub fn files(&self, views: Option<Vec<picture::View>>) -> Result<Files> {
-        io::calibration_files(&self.material, &self.neighbourhood, &self.result, &self.report, views)
+    pub fn files(&self, views: Option<Vec<anisobond_plot::View>>) -> Result<Files> {
+        anisobond_app::calibration_files(&self.material, &self.neighbourhood, &self.result, &self.report, views)
     }
 }

@@ -1,10 +1,10 @@
 //! The calibration of one material, in words and numbers.
 
 use anisobond::calibration::{Evidence, Outcome};
-use anisobond::io::report::{
+use anisobond_app::report::{
     CalibrationReport, InfeasibilityReport, MicromodulusReport, NeighbourhoodReport, SolverReport, Voigt, WavesOfGrid,
 };
-use anisobond::io::{HybridReport, MicropolarReport, ModelReport};
+use anisobond_app::{HybridReport, MicropolarReport, ModelReport};
 
 use crate::text;
 

@@ -1,7 +1,8 @@
 //! `anisobond check` and `anisobond new case`.
 
 use anisobond::experiment::RunCost;
-use anisobond::io::{CaseFile, CasePlan, ConditionPlan, LatticeKind, PackingPlan, starter_case, write_atomically};
+use anisobond_app::{CaseFile, CasePlan, ConditionPlan, LatticeKind, PackingPlan, starter_case};
+use anisobond_formats::write_atomically;
 use anisobond::{Error, Result};
 use serde::Serialize;
 
@@ -42,7 +43,7 @@ pub fn checked(case: &CaseFile) -> Result<(serde_json::Value, String)> {
 }
 
 fn json(value: &impl Serialize) -> Result<serde_json::Value> {
-    anisobond::io::json_value(value)
+    anisobond_formats::json_value(value)
 }
 
 fn describe_packing(plan: &PackingPlan, description: &str) -> String {

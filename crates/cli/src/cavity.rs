@@ -3,7 +3,7 @@
 use anisobond::Result;
 use anisobond::experiment::Finding;
 use anisobond::experiment::cavity::{Cavity, CavityBody, Rays, statics, waves};
-use anisobond::io::{CaseFile, LatticeKind};
+use anisobond_app::{CaseFile, LatticeKind};
 use anisobond::tensor::Stiffness;
 use nalgebra::Vector3;
 

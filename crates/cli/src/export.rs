@@ -1,7 +1,7 @@
 //! `anisobond export`.
 
 use anisobond::Result;
-use anisobond::io::{BondedCell, Engine, export};
+use anisobond_app::{BondedCell, Engine, export};
 
 use crate::{Ending, args, grid_test};
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anisobond::Result;
-use anisobond::io::write_files;
+use anisobond_app::write_files;
 
 /// Write files whose contents are ready, each whole or not at all, and say so on stderr. A folder that holds other results is
 /// refused, or with `force` they are replaced whole.

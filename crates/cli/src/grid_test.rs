@@ -3,7 +3,7 @@
 use anisobond::calibration::{Evidence, Model, ModelCalibrator};
 use anisobond::experiment::element_test::{ElementTest, Rotations};
 use anisobond::experiment::{Correction, GridStudy};
-use anisobond::io::{self, GridTestReport};
+use anisobond_app::GridTestReport;
 use anisobond::operator::GridCell;
 use anisobond::{Error, Result};
 
@@ -18,7 +18,7 @@ pub fn run(args: &args::ElementTest, rotations: Rotations) -> Result<Ending> {
     if args.bonds.correct == Some(args::CorrectName::Elliptic) {
         return Err(Error::input("--correct elliptic with --grid", "use --correct, which corrects every direction"));
     }
-    let material = io::find_material(&args.material, None, None)?;
+    let material = anisobond_formats::find_material(&args.material, None, None)?;
     let neighbourhood = calibrate::neighbourhood(&args.neighbourhood)?;
     let test = GridStudy::usual_test(rotations);
     let model = model(args.bonds.model, Model::Central);
@@ -36,8 +36,8 @@ pub fn run(args: &args::ElementTest, rotations: Rotations) -> Result<Ending> {
         let [i, j, k] = report.cell.places;
         let tensors = [("promised", &study.promised), ("measured", &result.measured)];
         let mut files = vec![
-            ("element-test.json", io::json_file(&report)?),
-            ("bonds.csv", io::network_bonds_csv(&study.network, &material.name).into_bytes()),
+            ("element-test.json", anisobond_formats::json_file(&report)?),
+            ("bonds.csv", anisobond_formats::network_bonds_csv(&study.network, &material.name).into_bytes()),
         ];
         files.extend(directional(&material, &format!("{i} × {j} × {k} nodes, {}", model_name(model)), &tensors)?);
         folder::write(folder, &files, args.force)?;

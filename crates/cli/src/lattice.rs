@@ -8,9 +8,9 @@ use anisobond::experiment::element_test::{DynamicTest, ElementTest, Rotations};
 use anisobond::experiment::{
     CorrectionChoice, CorrectionForm, CorrectionReport, LatticePlan, LatticeStudy, anisotropy_axis, turned_to_axis,
 };
-use anisobond::io::lattice_report::Checks;
-use anisobond::io::report::Voigt;
-use anisobond::io::{self, ElementTestReport, LatticeReport, picture};
+use anisobond_app::lattice_report::Checks;
+use anisobond_app::report::Voigt;
+use anisobond_app::{ElementTestReport, LatticeReport};
 use anisobond::tensor::{Material, Stiffness};
 use nalgebra::Vector3;
 
@@ -21,7 +21,7 @@ pub fn run(args: &args::Lattice) -> Result<Ending> {
     let (material, study) = study(&args.packing, &args.material, &args.bonds, Rotations::Free)?;
     let report = LatticeReport::new(&material, &study)?;
     if let Some(folder) = &args.output {
-        folder::write(folder, &io::lattice_files(&material, &study, &report)?, args.force)?;
+        folder::write(folder, &anisobond_app::lattice_files(&material, &study, &report)?, args.force)?;
         report::beside(args.report, folder)?;
     }
     if args.json {
@@ -52,10 +52,10 @@ pub fn test(args: &args::ElementTest) -> Result<Ending> {
         let measured = Stiffness::from_voigt_rows(&report.measured)?;
         let tensors = [("prescribed", &study.prescribed), ("measured", &measured)];
         let subtitle = format!("contact radius {}", text::number(report.lattice.contact_radius));
-        let mut files = vec![("element-test.json", io::json_file(&report)?)];
+        let mut files = vec![("element-test.json", anisobond_formats::json_file(&report)?)];
         files.extend(directional(&material, &subtitle, &tensors)?);
-        let bonds = io::lattice_bonds_csv(&study.lattice, &study.stiffness, &material.name);
-        let packing = io::packing_text(&study.lattice.packing, io::PackingFormat::Csv);
+        let bonds = anisobond_formats::lattice_bonds_csv(&study.lattice, &study.stiffness, &material.name);
+        let packing = anisobond_formats::packing_text(&study.lattice.packing, anisobond_formats::PackingFormat::Csv);
         files.extend([("bonds.csv", bonds.into_bytes()), ("packing.csv", packing.into_bytes())]);
         folder::write(folder, &files, args.force)?;
         report::beside(args.report, folder)?;
@@ -83,11 +83,11 @@ pub fn directional(
     subtitle: &str,
     tensors: &[(&str, &Stiffness)],
 ) -> Result<Vec<(&'static str, Vec<u8>)>> {
-    let polar = picture::directional_picture(&format!("Young's modulus of {}", material.name), subtitle, tensors)?;
+    let polar = anisobond_plot::directional_picture(&format!("Young's modulus of {}", material.name), subtitle, tensors)?;
     Ok(vec![
         ("directional.svg", polar.svg().into_bytes()),
         ("directional.png", polar.png(PICTURE_WIDTH)?),
-        ("directional.csv", picture::directional_csv(tensors)?.into_bytes()),
+        ("directional.csv", anisobond_plot::directional_csv(tensors)?.into_bytes()),
     ])
 }
 
@@ -115,11 +115,11 @@ fn study(
     args: &args::BondArgs,
     rotations: Rotations,
 ) -> Result<(Material, LatticeStudy)> {
-    let mut material = io::find_material(material, None, None)?;
-    let packing = io::read_packing(packing)?;
+    let mut material = anisobond_formats::find_material(material, None, None)?;
+    let packing = anisobond_formats::read_packing(packing)?;
     if let Some(given) = &args.axis {
         let axis = match given.contains(':') {
-            true => io::parse_orientation(given).map_err(|e| e.at("--axis"))? * Vector3::z(),
+            true => anisobond_formats::parse_orientation(given).map_err(|e| e.at("--axis"))? * Vector3::z(),
             false => text::vector(given, "--axis")?,
         };
         material.stiffness = turned_to_axis(&material.stiffness, &axis)?;

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use anisobond::io::{parse_length, read_packing, write_packing};
+use anisobond_formats::{parse_length, read_packing, write_packing};
 use anisobond::lattice::generate::{
     Crystal, Extent, Outcome, Radii, RandomPacking, Share, Target, crystal, random_observed,
 };
@@ -127,7 +127,7 @@ fn radii(args: &args::Pack, radius: f64) -> Result<Radii> {
 
 /// Rows (radius, fraction) of a CSV file, in the form of an influence table.
 fn fractions(path: &Path) -> Result<Vec<(f64, f64)>> {
-    anisobond::io::read_pairs(path, "radius and fraction, as 0.001, 0.5")
+    anisobond_formats::read_pairs(path, "radius and fraction, as 0.001, 0.5")
 }
 
 /// The result in words.

@@ -5,7 +5,8 @@ use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use anisobond::Result;
-use anisobond::io::{FolderLock, report_page, write_atomically};
+use anisobond_app::{FolderLock, report_page};
+use anisobond_formats::write_atomically;
 
 use crate::text::in_shell;
 use crate::{Ending, args};

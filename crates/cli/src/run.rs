@@ -1,8 +1,8 @@
 //! `anisobond run`.
 
 use anisobond::Result;
-use anisobond::io::CaseFile;
-use anisobond::io::run::{PackingSummary, RunOptions, RunProgress, RunSummary, run_case};
+use anisobond_app::CaseFile;
+use anisobond_app::run::{PackingSummary, RunOptions, RunProgress, RunSummary, run_case};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::{Ending, args, interrupt, report, text};

@@ -1,6 +1,7 @@
 //! `anisobond tensor`.
 
-use anisobond::io::{TensorReport, find_material, json_value, parse_density};
+use anisobond_app::TensorReport;
+use anisobond_formats::{find_material, json_value, parse_density};
 use anisobond::tensor::{DirectionalModuli, Extremes, Material, SymmetryClass};
 use anisobond::{Error, Result};
 use serde_json::json;

@@ -17,12 +17,12 @@ pub fn print(text: &str) -> Result<()> {
 
 /// Print one JSON document; a number that is not finite is an error.
 pub fn print_json(value: &impl Serialize) -> Result<()> {
-    print(&anisobond::io::json_text(value)?)
+    print(&anisobond_formats::json_text(value)?)
 }
 
 /// Three numbers "x,y,z" of a flag.
 pub fn vector(text: &str, flag: &str) -> Result<Vector3<f64>> {
-    anisobond::io::parse_vector(text).map_err(|e| e.at(flag))
+    anisobond_formats::parse_vector(text).map_err(|e| e.at(flag))
 }
 
 /// A positive number, bare in the flag's unit or with a unit of its own.
@@ -30,7 +30,7 @@ pub fn length(text: &str, flag: &str) -> Result<(f64, bool)> {
     if let Ok(value) = text.trim().parse::<f64>() {
         return Ok((value, false));
     }
-    let length = anisobond::io::parse_length(text).map_err(|e| e.at(flag))?;
+    let length = anisobond_formats::parse_length(text).map_err(|e| e.at(flag))?;
     Ok((length, true))
 }
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anisobond::experiment::{Finding, Verdict, prakash, smilauer};
-use anisobond::io::read_packing;
+use anisobond_formats::read_packing;
 use anisobond::{Error, Result};
 use serde_json::json;
 

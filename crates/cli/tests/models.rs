@@ -2,7 +2,7 @@
 
 mod common;
 
-use anisobond::io::read_bonds;
+use anisobond_formats::read_bonds;
 use common::{anisobond, folder, json, refused, stdout, table_rows, write};
 use serde_json::Value;
 

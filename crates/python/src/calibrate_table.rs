@@ -1,7 +1,7 @@
 //! `calibrate_table`.
 
 use anisobond::calibration::ModelCalibrator;
-use anisobond::io::{self, write_atomically};
+use anisobond_formats::write_atomically;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -41,16 +41,16 @@ pub fn calibrate_table<'py>(
     let settings = settings(model, form, promise, lower_bound)?;
     let path = convert::path(table)?;
     let grid = chosen(py, "calibrate_table", neighbourhood, keywords)?.get().grid.clone();
-    let rows = py.detach(|| io::read_table(&path, unit)).or_raise()?;
+    let rows = py.detach(|| anisobond_formats::read_table(&path, unit)).or_raise()?;
     let output = output.map(convert::path).transpose()?;
     let found = watched(py, progress, "rows", |stop, tell| {
         let calibrator = ModelCalibrator::new(&grid, settings)?;
         let calibrator = if prove { calibrator } else { calibrator.without_proof() };
-        let _lock = output.as_ref().map(io::FolderLock::alone).transpose()?;
-        let mut journal = output.as_ref().map(|folder| io::table_journal(folder, force)).transpose()?;
+        let _lock = output.as_ref().map(anisobond_app::FolderLock::alone).transpose()?;
+        let mut journal = output.as_ref().map(|folder| anisobond_app::table_journal(folder, force)).transpose()?;
         let all = rows.rows.len();
         let each = |done: usize| tell(Beat { steps: [done as u64, all as u64], message: String::new() });
-        let results = io::calibrate_table(&rows, &calibrator, journal.as_mut(), stop, each)?;
+        let results = anisobond_app::calibrate_table(&rows, &calibrator, journal.as_mut(), stop, each)?;
         if results.finished() < all {
             let rest = match &output {
                 Some(folder) => format!("they are kept in {}; run the same again to go on", folder.display()),

@@ -6,9 +6,8 @@ use std::sync::Arc;
 use anisobond::calibration::{
     HybridForm, LowerBound, Model, ModelCalibration, ModelCalibrator, ModelSettings, Promise,
 };
-use anisobond::io::{
-    AdviceReport, BondModuli, BondTable, ModelReport, NeighbourhoodReport, calibration_files, write_files,
-};
+use anisobond_app::{AdviceReport, ModelReport, NeighbourhoodReport, calibration_files, write_files};
+use anisobond_formats::{BondModuli, BondTable};
 use anisobond::tensor::Material;
 use anisobond_cli::describe;
 use numpy::PyArrayDyn;

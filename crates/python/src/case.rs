@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use anisobond::Error;
-use anisobond::io::run::{RunOptions, RunProgress, RunSummary, run_case};
-use anisobond::io::{CaseFile, starter_case};
+use anisobond_app::run::{RunOptions, RunProgress, RunSummary, run_case};
+use anisobond_app::{CaseFile, starter_case};
 use anisobond_cli::describe;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

@@ -1,7 +1,7 @@
 //! `Cavity`: the closed form of a pressurised hole.
 
 use anisobond::experiment::cavity::Cavity as Closed;
-use anisobond::io::Dimension;
+use anisobond_formats::Dimension;
 use nalgebra::Vector3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;

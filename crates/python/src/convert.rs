@@ -1,6 +1,6 @@
 //! Arrays, JSON and words between Python and the library.
 
-use anisobond::io::Dimension;
+use anisobond_formats::Dimension;
 use anisobond::tensor::Stiffness;
 use nalgebra::{Matrix3, Matrix6, Vector3};
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
@@ -39,7 +39,7 @@ pub fn json<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> 
 
 /// A serialisable result as a JSON value.
 pub fn value_of(report: &impl serde::Serialize) -> PyResult<Value> {
-    anisobond::io::json_value(report).map_err(crate::work::raised)
+    anisobond_formats::json_value(report).map_err(crate::work::raised)
 }
 
 /// Anything that NumPy reads as an array of finite numbers; an array of doubles is not copied.
@@ -164,7 +164,7 @@ const ORTHOGONAL: f64 = 1e-6;
 /// (`bunge:10,20,30`, `axis:0,0,1,60`, …).
 pub fn orientation(given: &Bound<'_, PyAny>) -> PyResult<Matrix3<f64>> {
     if let Ok(text) = given.extract::<String>() {
-        return anisobond::io::parse_orientation(&text).or_raise();
+        return anisobond_formats::parse_orientation(&text).or_raise();
     }
     let q = match given.getattr("as_matrix") {
         Ok(as_matrix) => matrix3(&as_matrix.call0()?, "a rotation")?,

@@ -3,7 +3,7 @@
 use anisobond::calibration::ModelCalibrator;
 use anisobond::experiment::element_test::ElementTest;
 use anisobond::experiment::{Correction, CorrectionChoice, GridStudy};
-use anisobond::io::GridTestReport;
+use anisobond_app::GridTestReport;
 use anisobond::operator::GridCell;
 use anisobond_cli::describe;
 use numpy::PyUntypedArrayMethods;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use anisobond::calibration::Model;
 use anisobond::experiment::element_test::{DynamicTest, ElementTest as Test, Rotations};
 use anisobond::experiment::{CorrectionChoice, LatticePlan, LatticeStudy, anisotropy_axis, turned_to_axis};
-use anisobond::io::{ElementTestReport, LatticeReport, lattice_files, write_files};
+use anisobond_app::{ElementTestReport, LatticeReport, lattice_files, write_files};
 use anisobond::solver::Watch;
 use anisobond::tensor::Material;
 use anisobond_cli::describe;

@@ -36,11 +36,11 @@ pub fn read(given: &Bound<'_, PyAny>, unit: Option<&str>, order: Option<&str>) -
     if given.hasattr("__fspath__")? || given.extract::<String>().is_ok() {
         refuse(&[], "a name or a file, whose numbers have units and an order of their own", "leave it out")?;
         let path = convert::path(given)?;
-        if path.is_file() && anisobond::io::is_table(&path) {
+        if path.is_file() && anisobond_formats::is_table(&path) {
             let remedy = "give it to calibrate_table, or one of its rows as an array";
             return Err(wrong(format!("{} is a table of materials", path.display()), remedy));
         }
-        return anisobond::io::find_material(&path.to_string_lossy(), None, None).or_raise();
+        return anisobond_formats::find_material(&path.to_string_lossy(), None, None).or_raise();
     }
     let known = py.import("anisobond._interop")?.getattr("recognise")?.call1((given,))?;
     if !known.is_none() {
@@ -58,7 +58,7 @@ fn unnamed(stiffness: Tensor) -> Material {
 /// The keys of a material file as a dictionary: read by the reader of files.
 pub fn of_keys(keys: &Bound<'_, PyDict>) -> PyResult<Material> {
     let text = convert::json_text(keys, "the material")?;
-    let mut material = anisobond::io::parse_material(&text, "material").or_raise()?;
+    let mut material = anisobond_formats::parse_material(&text, "material").or_raise()?;
     if material.name == "material" {
         material.name = "stiffness".into();
     }
@@ -68,7 +68,7 @@ pub fn of_keys(keys: &Bound<'_, PyDict>) -> PyResult<Material> {
 /// A 6×6 matrix in an order, or all 81 components, in a unit of stress.
 fn of_array(given: &Bound<'_, PyAny>, unit: &str, order: Option<&str>) -> PyResult<Tensor> {
     let array = convert::array(given, "stiffness")?;
-    let size = anisobond::io::parse_stress(&format!("1 {unit}")).or_raise()?;
+    let size = anisobond_formats::parse_stress(&format!("1 {unit}")).or_raise()?;
     let shape = array.shape().to_vec();
     let numbers = array.as_slice().map_err(|_| wrong("the stiffness is not contiguous", "copy it"))?;
     match shape[..] {
@@ -77,7 +77,7 @@ fn of_array(given: &Bound<'_, PyAny>, unit: &str, order: Option<&str>) -> PyResu
             let order = order.unwrap_or("voigt");
             let text = serde_json::json!({ "stiffness": rows, "order": order, "unit": "Pa" }).to_string();
             // Orders and the check of symmetry are the reader's; the unit is applied after it, so that no digit is lost.
-            let c = anisobond::io::parse_material(&text, "stiffness").or_raise()?.stiffness;
+            let c = anisobond_formats::parse_material(&text, "stiffness").or_raise()?.stiffness;
             Ok(c.scaled(size))
         }
         [3, 3, 3, 3] if order.is_some() => {

@@ -39,7 +39,7 @@ const KEYWORDS: [&str; 6] = ["horizon", "shape", "semi_axes", "influence", "spac
 fn horizon_of(given: &Bound<'_, PyAny>, spacing: f64) -> PyResult<f64> {
     match given.extract::<String>() {
         Ok(text) if text.trim().parse::<f64>().is_err() => {
-            Ok(anisobond::io::parse_length(&text).map_err(|e| e.at("horizon")).or_raise()? / spacing)
+            Ok(anisobond_formats::parse_length(&text).map_err(|e| e.at("horizon")).or_raise()? / spacing)
         }
         Ok(text) => Ok(text.trim().parse().unwrap_or(f64::NAN)),
         Err(_) => {
@@ -51,7 +51,7 @@ fn horizon_of(given: &Bound<'_, PyAny>, spacing: f64) -> PyResult<f64> {
 fn influence_of(given: &Bound<'_, PyAny>) -> PyResult<Influence> {
     if given.extract::<String>().is_ok() || given.hasattr("__fspath__")? {
         let path = convert::path(given)?;
-        return anisobond::io::find_influence(&path.to_string_lossy()).map_err(|e| e.at("influence")).or_raise();
+        return anisobond_formats::find_influence(&path.to_string_lossy()).map_err(|e| e.at("influence")).or_raise();
     }
     let rows = convert::pairs(given, "influence", "give constant, inverse, hat, power, a CSV file, or rows (r/δ, ω)")?;
     Influence::table(rows).or_raise()
@@ -183,7 +183,7 @@ impl Neighbourhood {
             py,
             &serde_json::json!({
                 "shape": g.shape().name(), "horizon": g.horizon(), "spacing": g.spacing(),
-                "influence": anisobond::io::report::influence_name(g.influence()), "orientation": rows,
+                "influence": anisobond_app::report::influence_name(g.influence()), "orientation": rows,
                 "bonds": {"offsets": offsets, "vectors": vectors, "influence": influences},
             }),
         )
@@ -199,7 +199,7 @@ impl Neighbourhood {
         }
         match g.influence() {
             Influence::Table(rows) => keywords.set_item("influence", rows.clone())?,
-            named => keywords.set_item("influence", anisobond::io::report::influence_name(named))?,
+            named => keywords.set_item("influence", anisobond_app::report::influence_name(named))?,
         }
         if *g.orientation() != Matrix3::identity() {
             keywords.set_item("rotate", convert::matrix3_array(py, g.orientation())?)?;
@@ -229,7 +229,7 @@ impl Neighbourhood {
             g.shape().name(),
             number(g.horizon()),
             number(g.spacing()),
-            anisobond::io::report::influence_name(g.influence())
+            anisobond_app::report::influence_name(g.influence())
         )
     }
 }

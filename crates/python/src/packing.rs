@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::sync::atomic::Ordering;
 
-use anisobond::io::{read_packing, write_packing};
+use anisobond_formats::{read_packing, write_packing};
 use anisobond::lattice::generate::{
     Crystal, Extent, Generated, Radii, RandomPacking, Share, Target, crystal, random_observed,
 };

@@ -1,6 +1,6 @@
 //! What every result can do: words, HTML, a dictionary, JSON.
 
-use anisobond::io::{Column, FlatTable};
+use anisobond_formats::{Column, FlatTable};
 use anisobond_cli::describe;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;

@@ -1,6 +1,7 @@
 //! `Stiffness`: an elastic tensor with its name, density and source.
 
-use anisobond::io::{Dimension, TensorReport};
+use anisobond_formats::Dimension;
+use anisobond_app::TensorReport;
 use anisobond::tensor::{DirectionalModuli, Material, SYMMETRY_TOLERANCE, Stiffness as Tensor};
 use anisobond_cli::describe;
 use nalgebra::{Matrix6, Vector3};

@@ -4,7 +4,8 @@ use std::ffi::{CString, OsString};
 use std::path::PathBuf;
 
 use anisobond::experiment::FieldName;
-use anisobond::io::{self, BondedCell, Engine, report_page, write_atomically};
+use anisobond_app::{BondedCell, Engine, report_page};
+use anisobond_formats::write_atomically;
 use anisobond::tensor::Material;
 use anisobond_cli::describe;
 use pyo3::exceptions::PyUserWarning;
@@ -95,7 +96,7 @@ pub fn export(
     let nodes = nodes.map(|n| convert::three_counts(n, "nodes")).transpose()?;
     let output = output.map_or_else(|| Ok(folder.join(to)), convert::path)?;
     let (files, warning) = background(py, move || {
-        let export = io::export(&BondedCell::read(&folder, nodes)?, engine)?;
+        let export = anisobond_app::export(&BondedCell::read(&folder, nodes)?, engine)?;
         export.write(&output, force)?;
         Ok((export.files.iter().map(|f| output.join(&f.0)).collect(), export.warning))
     })?;
@@ -115,7 +116,7 @@ pub fn report(py: Python<'_>, folder: &Bound<'_, PyAny>, output: Option<&Bound<'
     let beside = output.is_none() && folder.is_dir();
     let output = output.map_or_else(|| Ok(folder.join("report.html")), convert::path)?;
     background(py, move || {
-        let _lock = beside.then(|| io::FolderLock::alone(&folder)).transpose()?;
+        let _lock = beside.then(|| anisobond_app::FolderLock::alone(&folder)).transpose()?;
         write_atomically(&output, report_page(&folder, "")?)?;
         Ok(output)
     })

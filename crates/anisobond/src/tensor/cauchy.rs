@@ -24,6 +24,11 @@ pub const MONOMIALS: [[usize; 3]; 15] = [
     [1, 1, 2],
 ];
 
+/// "1111", "2222", … in the order of [`MONOMIALS`].
+pub fn monomial_names() -> [String; 15] {
+    MONOMIALS.map(|[a, b, c]| "1".repeat(a) + &"2".repeat(b) + &"3".repeat(c))
+}
+
 /// Coordinates of a fully symmetric tensor in an orthonormal basis: √m S_abc, m = 4!/(a! b! c!) the number of index
 /// orders of a monomial, so that the dot product of two vectors is that of the tensors (all 81 components).
 pub type Quartic = SVector<f64, 15>;

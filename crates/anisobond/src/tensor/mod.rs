@@ -11,7 +11,7 @@ mod symmetry;
 mod turning;
 mod waves;
 
-pub use cauchy::{MONOMIALS, Quartic, cauchy_coordinates, quartic_of, quartic_weights, tensor_of};
+pub use cauchy::{MONOMIALS, Quartic, cauchy_coordinates, monomial_names, quartic_of, quartic_weights, tensor_of};
 pub use class::{SymmetryClass, closure, project};
 pub use directional::{DirectionalExtremes, DirectionalModuli, Extreme, Extremes};
 pub use material::Material;

@@ -4,7 +4,8 @@
 use std::path::{Path, PathBuf};
 
 use anisobond::experiment::Problem;
-use anisobond::io::{CaseFile, PackingFormat, packing_text};
+use anisobond_app::CaseFile;
+use anisobond_formats::{PackingFormat, packing_text};
 use anisobond::lattice::generate::{Crystal, crystal};
 use nalgebra::Vector3;
 

@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use anisobond::io::parse_material;
+use anisobond_formats::parse_material;
 use anisobond::tensor::{Material, Stiffness};
 use nalgebra::Matrix6;
 

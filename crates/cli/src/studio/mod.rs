@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use anisobond::io::{REPLACE, studio_page};
+use anisobond_app::{REPLACE, studio_page};
 use anisobond::tensor::{Material, SymmetryClass};
 use anisobond::{Error, Result};
 use serde::Deserialize;

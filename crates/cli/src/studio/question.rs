@@ -2,10 +2,8 @@
 
 use std::time::Instant;
 
-use anisobond::io::{
-    BondModuli, builtin_material, calibrated_case, calibration_page, calibration_page_data, material_text, parse_class,
-    parse_material,
-};
+use anisobond_formats::{BondModuli, builtin_material, material_text, parse_class, parse_material};
+use anisobond_app::{calibrated_case, calibration_page, calibration_page_data};
 use anisobond::tensor::{Material, SYMMETRY_TOLERANCE};
 use anisobond::{Error, Result};
 use clap::Parser;

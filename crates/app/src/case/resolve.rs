@@ -1,0 +1,374 @@
+//! From a case file to nodes.
+
+use std::collections::HashMap;
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use super::loads::{ConditionStatement, Load, Place, Where};
+use super::matter::{Filling, Matter, Orientations, RegionStatement, axis_name};
+use super::plan::memory;
+use super::schedule::Target;
+use super::select::select;
+use super::surface_loads::{self, Traction};
+use super::{CaseFile, Spot};
+use anisobond::Result;
+use anisobond::experiment::{Condition, Crack, Probe, Problem, RegionMaterial, Schedule, refuse_beyond_memory};
+use anisobond::lattice::solid::{self, Patch, Surface};
+use anisobond::lattice::{Body, Neighbourhood, Solid};
+
+/// A node on the border of two layers, within so many spacings, is in the lower one.
+const ON_BORDER: f64 = 1e-9;
+
+/// A body, and what its regions came from.
+pub(super) struct Filled {
+    pub body: Body,
+    pub materials: Vec<RegionMaterial>,
+    /// Per region of the file, the numbers of its regions in the body.
+    pub ranges: Vec<std::ops::Range<usize>>,
+}
+
+/// The problem of a case.
+pub(super) fn problem(case: &CaseFile) -> Result<Problem> {
+    let filled = filled(case)?;
+    let neighbourhood = &case.grid_statement()?.neighbourhood;
+    let nodes: Vec<Vec<u32>> = case.conditions.iter().map(|c| select(case, &filled, &c.on)).collect::<Result<_>>()?;
+    refuse_contradictions(case, &nodes)?;
+    let conditions =
+        case.conditions.iter().zip(&nodes).map(|(c, n)| condition(case, &filled, c, n)).collect::<Result<Vec<_>>>()?;
+    let velocity = |(on, v): &(Where, Vector3<f64>)| Ok((select(case, &filled, on)?, *v));
+    let probe_nodes = |target: &Target| match target {
+        Target::Nodes(on) => select(case, &filled, on),
+        Target::Condition(n) => Ok(nodes[*n].clone()),
+    };
+    let probes = case
+        .probes
+        .iter()
+        .map(|p| Ok(Probe { name: p.name.clone(), quantity: p.quantity, nodes: probe_nodes(&p.target)? }));
+    let probes = probes.collect::<Result<_>>()?;
+    let mut unbreakable = Vec::new();
+    for on in &case.unbreakable {
+        unbreakable.extend(select(case, &filled, on)?);
+    }
+    unbreakable.sort_unstable();
+    unbreakable.dedup();
+    for (spot, crack) in &case.cracks {
+        if !cuts_any(crack, &filled.body, neighbourhood) {
+            return Err(
+                spot.wrong("the crack cuts no bond", "check its place and size: lengths are of the grid's axes")
+            );
+        }
+    }
+    Ok(Problem {
+        name: case.name.clone(),
+        neighbourhood: neighbourhood.clone(),
+        model: case.model.bonds,
+        surface_calibration: case.model.surface_calibration,
+        kinematics: case.model.kinematics,
+        softening: case.model.softening,
+        initial_velocity: case.velocities.iter().map(velocity).collect::<Result<_>>()?,
+        cracks: case.cracks.iter().map(|c| c.1.clone()).collect(),
+        schedule: case.schedule.clone(),
+        output: case.output.clone(),
+        body: filled.body,
+        regions: filled.materials,
+        conditions,
+        unbreakable,
+        probes,
+    })
+}
+
+/// The body with its regions.
+fn filled(case: &CaseFile) -> Result<Filled> {
+    let grid = case.grid_around_body()?;
+    let statement = case.grid_statement()?;
+    let what = format!("a run on {} × {} × {} nodes", grid.nodes[0], grid.nodes[1], grid.nodes[2]);
+    let needed = memory(&grid, &statement.neighbourhood) as f64;
+    refuse_beyond_memory(&what, needed).map_err(|e| statement.spot.at(e))?;
+    let (spot, shape) = case.body_statement()?;
+    let inside = solid::inside(shape, &grid);
+    if !inside.contains(&true) {
+        return Err(spot.wrong("the body holds no node", "use a smaller spacing, or check its solids and units"));
+    }
+    let mut body = Body { region: inside.into_iter().map(u16::from).collect(), grid };
+    let sites = Sites {
+        called: "nodes",
+        number: body.region.len(),
+        has: &|i| body.has(i),
+        inside: &|shape| solid::inside(shape, &body.grid),
+        position: &|i| body.grid.position(i),
+    };
+    let owners = owners(&case.regions, &sites)?;
+    let mut materials = Vec::new();
+    let mut ranges = Vec::new();
+    for (n, statement) in case.regions.iter().enumerate() {
+        let nodes: Vec<u32> = (0..owners.len()).filter(|&i| owners[i] == n as u16 + 1).map(|i| i as u32).collect();
+        let first = materials.len();
+        let parts = divided(statement, &body, &nodes)?;
+        let (parts, part_of) = (parts.0, parts.1);
+        if first + parts.len() >= usize::from(u16::MAX) {
+            let problem = format!("there are more than {} regions", u16::MAX - 1);
+            return Err(statement.spot.wrong(problem, "use fewer grains or layers"));
+        }
+        for (i, &node) in nodes.iter().enumerate() {
+            body.region[node as usize] = (1 + first + usize::from(part_of[i])) as u16;
+        }
+        let many = parts.len() > 1;
+        for (part, matter) in parts.into_iter().enumerate() {
+            let name = if many { format!("{}-{}", statement.name, part + 1) } else { statement.name.clone() };
+            materials.push(region_material(case, statement, name, &matter)?);
+        }
+        ranges.push(first..materials.len());
+    }
+    Ok(Filled { body, materials, ranges })
+}
+
+fn region_material(
+    case: &CaseFile,
+    statement: &RegionStatement,
+    name: String,
+    matter: &Matter,
+) -> Result<RegionMaterial> {
+    let weighs = |c: &ConditionStatement| matches!(c.load, Load::Acceleration(_));
+    let needs = match case.schedule {
+        Schedule::Motion { .. } => Some("motion"),
+        Schedule::Equilibrium { .. } if case.conditions.iter().any(weighs) => Some("an acceleration"),
+        Schedule::Equilibrium { .. } => None,
+    };
+    if let (Some(what), None) = (needs, matter.density) {
+        let problem = format!("region {:?} has no density, which {what} needs", statement.name);
+        return Err(statement.spot.wrong(problem, "add density = \"2440 kg/m3\" to it or to its material"));
+    }
+    Ok(RegionMaterial {
+        name,
+        stiffness: matter.turned_stiffness(),
+        density: matter.density.unwrap_or(0.0),
+        fracture: matter.turned_fracture(),
+    })
+}
+
+/// What regions are laid over: the nodes of a grid, or spheres.
+pub(super) struct Sites<'a> {
+    /// "nodes" or "spheres".
+    pub called: &'a str,
+    pub number: usize,
+    /// Whether the body has it.
+    pub has: &'a dyn Fn(usize) -> bool,
+    /// Which are inside a solid.
+    pub inside: &'a dyn Fn(&Solid) -> Vec<bool>,
+    /// Where it is (m).
+    pub position: &'a dyn Fn(usize) -> Vector3<f64>,
+}
+
+/// Per site, 1 + the number of the region of the file that has it; 0 outside the body.
+pub(super) fn owners(regions: &[RegionStatement], sites: &Sites) -> Result<Vec<u16>> {
+    let mut owner = vec![0u16; sites.number];
+    for (n, region) in regions.iter().enumerate() {
+        let Some(shape) = &region.solid else { continue };
+        let within = (sites.inside)(shape);
+        let mine: Vec<usize> = (0..owner.len()).filter(|&i| within[i] && (sites.has)(i)).collect();
+        if mine.is_empty() {
+            return Err(empty_region(region, sites.called, "its solid holds none of the body's"));
+        }
+        let taken = mine.iter().filter(|&&i| owner[i] > 0).count();
+        if let Some(&first) = mine.iter().find(|&&i| owner[i] > 0).filter(|_| !region.over) {
+            let other = &regions[usize::from(owner[first]) - 1].name;
+            return Err(region.spot.wrong(
+                format!("region {:?} overlaps region {other:?} in {taken} {}", region.name, sites.called),
+                "make them disjoint, or write over = true in the later one to let it take them",
+            ));
+        }
+        mine.iter().for_each(|&i| owner[i] = n as u16 + 1);
+    }
+    let left = (0..owner.len()).filter(|&i| (sites.has)(i) && owner[i] == 0);
+    match regions.iter().position(|r| r.solid.is_none()) {
+        Some(rest) => {
+            let left: Vec<usize> = left.collect();
+            left.into_iter().for_each(|i| owner[i] = rest as u16 + 1);
+        }
+        None => {
+            let (count, first) = (left.clone().count(), left.clone().next());
+            if let (Some(first), Some(region)) = (first, regions.last()) {
+                let (x, called) = ((sites.position)(first), sites.called);
+                return Err(region.spot.wrong(
+                    format!(
+                        "{count} {called} of the body are in no region, the first at ({}, {}, {}) m",
+                        x.x, x.y, x.z
+                    ),
+                    "add a region without solid: it takes all the rest",
+                ));
+            }
+        }
+    }
+    let mut filled = vec![false; regions.len() + 1];
+    owner.iter().for_each(|&o| filled[usize::from(o)] = true);
+    match regions.iter().enumerate().find(|(n, _)| !filled[n + 1]) {
+        Some((_, region)) => Err(empty_region(region, sites.called, "other regions have all of its")),
+        None => Ok(owner),
+    }
+}
+
+fn empty_region(region: &RegionStatement, called: &str, why: &str) -> anisobond::Error {
+    let problem = format!("region {:?} has no {called}: {why}", region.name);
+    region.spot.wrong(problem, "check its solid and its units, or use a smaller spacing")
+}
+
+/// The matters of a region's parts, and the part of each of its nodes.
+fn divided(statement: &RegionStatement, body: &Body, nodes: &[u32]) -> Result<(Vec<Matter>, Vec<u16>)> {
+    match &statement.filling {
+        Filling::One(matter) => Ok((vec![matter.clone()], vec![0; nodes.len()])),
+        Filling::Grains { spot, number, seed, orientations, matter } => {
+            let grains = solid::grains(&body.grid, nodes, *number, *seed).map_err(|e| spot.at(e))?;
+            let rotations = match orientations {
+                // Another stream than that of the places.
+                Orientations::Random => solid::random_rotations(*number, !seed),
+                Orientations::Table(rows) => rows[..*number].to_vec(),
+            };
+            let turned = |r: &nalgebra::Matrix3<f64>| Matter { turn: r * matter.turn, ..matter.clone() };
+            Ok((rotations.iter().map(turned).collect(), grains.grain))
+        }
+        Filling::Layers { spot, axis, start, layers, repeat } => {
+            let thicknesses: Vec<f64> = layers.iter().map(|l| l.0).collect();
+            let part_of = layered(spot, body, nodes, *axis, *start, &thicknesses, *repeat)?;
+            Ok((layers.iter().map(|l| l.1.clone()).collect(), part_of))
+        }
+    }
+}
+
+/// Per node, its place in the layup.
+fn layered(
+    spot: &Spot,
+    body: &Body,
+    nodes: &[u32],
+    axis: usize,
+    start: Option<f64>,
+    layup: &[f64],
+    repeat: usize,
+) -> Result<Vec<u16>> {
+    let spacing = body.grid.spacing;
+    let height = |node: u32| body.grid.position(node as usize)[axis];
+    let lowest = nodes.iter().map(|&n| height(n)).fold(f64::INFINITY, f64::min);
+    let start = start.unwrap_or(lowest - 0.5 * spacing);
+    let mut tops = Vec::with_capacity(layup.len() * repeat);
+    let mut top = start;
+    for thickness in std::iter::repeat_n(layup, repeat).flatten() {
+        top += thickness;
+        tops.push(top);
+    }
+    let mut counts = vec![0usize; tops.len()];
+    let mut part_of = Vec::with_capacity(nodes.len());
+    for &node in nodes {
+        let z = height(node);
+        let layer = tops.partition_point(|&t| t < z - ON_BORDER * spacing);
+        if z < start - ON_BORDER * spacing || layer == tops.len() {
+            let name = axis_name(axis);
+            return Err(spot.wrong(
+                format!("the layers reach from {name} = {start} m to {top} m, but the region has a node at {z} m"),
+                "add layers, repeat them, or set start",
+            ));
+        }
+        counts[layer] += 1;
+        part_of.push((layer % layup.len()) as u16);
+    }
+    if let Some(empty) = counts.iter().position(|&c| c == 0) {
+        return Err(spot.wrong(
+            format!("layer {} of {} holds no node", empty + 1, tops.len()),
+            "use a smaller spacing or fewer layers: a layer needs at least one spacing",
+        ));
+    }
+    Ok(part_of)
+}
+
+/// Refuses two conditions that prescribe the same component of a node, unless they say the same.
+pub(super) fn refuse_contradictions(case: &CaseFile, nodes: &[Vec<u32>]) -> Result<()> {
+    let mut owner: HashMap<(u32, usize), usize> = HashMap::new();
+    for (n, condition) in case.conditions.iter().enumerate() {
+        let Some(value) = prescribed(condition) else { continue };
+        for &node in &nodes[n] {
+            for a in (0..3).filter(|&a| value[a].is_some()) {
+                let first = *owner.entry((node, a)).or_insert(n);
+                if first != n && !agree(&case.conditions[first], condition, a) {
+                    let (first, axis) = (&case.conditions[first].name, axis_name(a));
+                    return Err(condition.spot.wrong(
+                        format!(
+                            "conditions {first:?} and {:?} both prescribe {axis} of the same nodes",
+                            condition.name
+                        ),
+                        "let one of them be \"free\" there, or choose other nodes",
+                    ));
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+fn prescribed(condition: &ConditionStatement) -> Option<[Option<f64>; 3]> {
+    match condition.load {
+        Load::Displacement(value) | Load::Velocity(value) => Some(value),
+        _ => None,
+    }
+}
+
+/// Whether two conditions prescribe the same for a component.
+fn agree(a: &ConditionStatement, b: &ConditionStatement, axis: usize) -> bool {
+    let same_kind = std::mem::discriminant(&a.load) == std::mem::discriminant(&b.load);
+    let (x, y) = (prescribed(a).and_then(|v| v[axis]), prescribed(b).and_then(|v| v[axis]));
+    same_kind && x == y && (x == Some(0.0) || a.history == b.history)
+}
+
+fn condition(case: &CaseFile, filled: &Filled, c: &ConditionStatement, nodes: &[u32]) -> Result<Condition> {
+    let body = &filled.body;
+    let volume = body.grid.spacing.powi(3);
+    let (nodes, history) = (nodes.to_vec(), c.history.clone());
+    let density = |node: u32| filled.materials[usize::from(body.region[node as usize]) - 1].density;
+    let force: Vec<Vector3<f64>> = match c.load {
+        Load::Displacement(value) => return Ok(Condition::Displacement { nodes, value, history }),
+        Load::Velocity(value) => return Ok(Condition::Velocity { nodes, value, history }),
+        Load::BodyForce(f) => vec![f * volume; nodes.len()],
+        Load::Acceleration(a) => nodes.iter().map(|&n| a * (density(n) * volume)).collect(),
+        Load::Force(total) => vec![total / nodes.len() as f64; nodes.len()],
+        Load::Traction(t) => return surface_force(case, body, c, Traction::Vector(t)),
+        Load::Pressure(p) => return surface_force(case, body, c, Traction::Pressure(p)),
+    };
+    Ok(Condition::Force { nodes, force, history })
+}
+
+/// Forces of a traction: on a face, exactly traction × area of the columns of nodes; on a solid, of its true surface.
+fn surface_force(case: &CaseFile, body: &Body, c: &ConditionStatement, traction: Traction) -> Result<Condition> {
+    let surface = match &c.on.place {
+        Place::Solid(shape) => solid::surface_patches(body, &case.body_statement()?.1, shape),
+        Place::Face(face, thickness) => {
+            let patches = solid::face_layer(body, *face, thickness.metres(body.grid.spacing));
+            let area: f64 = patches.iter().map(|p| p.area).sum();
+            let place = |p: &Patch| body.grid.position(p.node as usize) * p.area;
+            let moment: Vector3<f64> = patches.iter().map(place).sum();
+            let normal = face.normal();
+            Surface { normal: normal * area, moment, turning: moment.cross(&normal), patches }
+        }
+        Place::All | Place::Region(_) | Place::Points(_) => Surface::default(),
+    };
+    if surface.patches.is_empty() {
+        return Err(c.on.spot.wrong(
+            "no node of the body is at that surface",
+            "name the solid whose surface is a surface of the body, as a hole that was cut out",
+        ));
+    }
+    let place = |n: u32| body.grid.position(n as usize);
+    Ok(surface_loads::condition(&surface, place, body.grid.periodic, traction, c.history.clone()))
+}
+
+/// Whether a crack passes through any bond.
+fn cuts_any(crack: &Crack, body: &Body, neighbourhood: &Neighbourhood) -> bool {
+    let bonds = neighbourhood.bonds();
+    let reach = bonds.iter().map(|b| b.xi.norm()).fold(0.0, f64::max);
+    let tolerance = Crack::TIE * body.grid.spacing;
+    let (origin, normal) = crack.plane();
+    let cut = |n: usize| {
+        let x = body.grid.position(n);
+        let near = body.has(n) && normal.dot(&(x - origin)).abs() <= reach + tolerance;
+        let exists = |o: [i32; 3]| body.grid.neighbour(n, o).is_some_and(|m| body.has(m));
+        near && bonds.iter().any(|b| crack.cuts(&x, &(x + b.xi), tolerance) && exists(b.offset))
+    };
+    (0..body.region.len()).into_par_iter().any(cut)
+}

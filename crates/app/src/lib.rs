@@ -1,0 +1,36 @@
+//! What a command does, without a command line: the case language, runs, sweeps, exports, reports and pages.
+
+pub mod claim;
+pub mod report;
+pub mod lattice_report;
+pub mod grid_report;
+pub mod hybrid_report;
+pub mod advice_report;
+pub mod micropolar_report;
+pub mod model_report;
+pub mod journal;
+pub mod calibrate_table;
+pub mod folder;
+pub mod run;
+pub mod sweep;
+pub mod element_sweep;
+pub mod case;
+pub mod export;
+pub mod page;
+
+pub use claim::{FolderLock, REPLACE, refuse_other_kind, remove_results, write_files};
+pub use report::{CalibrationReport, NeighbourhoodReport, TensorReport};
+pub use lattice_report::{ElementTestReport, LatticeReport};
+pub use grid_report::{CellReport, CellStability, GridTestReport};
+pub use hybrid_report::HybridReport;
+pub use advice_report::AdviceReport;
+pub use micropolar_report::{MicropolarInfeasibilityReport, MicropolarReport};
+pub use model_report::ModelReport;
+pub use journal::Journal;
+pub use calibrate_table::{TableResults, calibrate_table, table_journal};
+pub use folder::{Files, calibration_files, lattice_files};
+pub use case::{
+    CaseFile, CasePlan, ConditionPlan, LatticeKind, PackingPlan, RegionPlan, calibrated_case, read_case, starter_case,
+};
+pub use export::{BondedCell, Engine, Export, ExportFile, export};
+pub use page::{calibration_page, calibration_page_data, report_page, studio_page};

@@ -1,0 +1,39 @@
+//! Text and bytes to values and back: units, materials, tables, packings, bonds, VTK, checkpoints. One file per format.
+
+pub mod words;
+pub mod csv_text;
+pub mod inputs;
+pub mod tree;
+pub mod units;
+pub mod orientation;
+pub mod material;
+pub mod record;
+pub mod table;
+pub mod atomic;
+pub mod json;
+pub mod bonds;
+pub mod vtk;
+pub mod packing;
+pub mod flat;
+pub mod find;
+pub mod pairs;
+pub mod lattice_bonds;
+pub mod results;
+pub mod stl;
+
+pub use csv_text::unguarded;
+pub use inputs::Inputs;
+pub use units::{Dimension, parse_angle, parse_density, parse_length, parse_stress, parse_vector};
+pub use orientation::{Orientation, parse_orientation, smallest_rotation};
+pub use material::{material_text, parse_class, parse_material, read_material};
+pub use table::{Row, Table, is_table, parse_table, read_table};
+pub use atomic::write_atomically;
+pub use json::{json_file, json_text, json_value};
+pub use bonds::{BondModuli, BondTable, TangentialColumns, bonds_csv, read_bonds, write_bonds};
+pub use vtk::{neighbourhood_vtp, write_vtp};
+pub use packing::{PackingFormat, packing_text, parse_packing, read_packing, write_packing};
+pub use flat::{Column, FlatTable};
+pub use find::{builtin_material, find_material};
+pub use pairs::{find_influence, read_influence, read_pairs};
+pub use lattice_bonds::{lattice_bonds_csv, lattice_vtp, network_bonds_csv};
+pub use stl::{parse_stl, read_stl};

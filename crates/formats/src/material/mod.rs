@@ -1,0 +1,442 @@
+//! Material files: a stiffness in any of the ways people write one, in TOML or JSON.
+//!
+//! ```toml
+//! name = "my rock"
+//! unit = "MPa"                # of every bare number of stress; "130 MPa" in quotes needs none
+//! class = "transversely-isotropic"
+//! axis = [0, 0, 1]            # where e3 points; or: orientation = { strike = 270, dip = 25 }
+//! c11 = 130
+//! c33 = 55
+//! c13 = 28
+//! c12 = 40
+//! c44 = 32.25
+//! density = "2650 kg/m3"
+//! source = "laboratory report 12"
+//! ```
+//! Instead of the components: `stiffness` or `compliance` (a matrix, with `order`), or a table `[engineering]`. Exactly
+//! one of these forms. See [`parse_material`].
+
+pub(super) mod components;
+mod engineering;
+pub(super) mod matrix;
+mod text;
+
+use std::path::Path;
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::orientation::{orientation_of, smallest_rotation};
+use crate::tree::{Entry, Node, parse_json, parse_toml, place, read_text, without_mark};
+use crate::units::Dimension;
+use crate::words::{number, quoted, suggestion};
+use crate::{record, tree::Kind};
+use anisobond::tensor::{Material, Stiffness, SymmetryClass};
+use anisobond::{Error, Result};
+
+pub use text::material_text;
+
+/// Every key of a material file but c11…c66.
+const KEYS: [&str; 11] = [
+    "name",
+    "unit",
+    "stiffness",
+    "compliance",
+    "order",
+    "class",
+    "axis",
+    "orientation",
+    "engineering",
+    "density",
+    "source",
+];
+
+/// The ways to give a stiffness, for messages.
+const FORMS: &str = "stiffness (a 6×6 matrix), compliance, c11 … c66, or a table [engineering]";
+
+/// Reads a material file: TOML, or JSON if its name ends in `.json`. See [`parse_material`].
+///
+/// # Errors
+/// A file that cannot be read or is not UTF-8, or what [`parse_material`] refuses.
+pub fn read_material(path: impl AsRef<Path>) -> Result<Material> {
+    let path = path.as_ref();
+    parse_material(&read_text(path)?, &path.display().to_string())
+}
+
+/// A material from the text of a file; `place` names the file in messages. JSON if the name ends in `.json` or the text
+/// begins with `{`, else TOML. Without `name`, the material is called after the file.
+///
+/// Keys: `name`, `unit`, `density` ("2650 kg/m3"), `source`, and exactly one of
+/// - `stiffness`: six rows of six numbers; or rows of 6, 5, 4, 3, 2, 1 (upper triangle); or a full matrix whose lower
+///   triangle is zero; or one list of 21 or 36. `order` = "voigt" (11 22 33 23 13 12, default), "abaqus" (11 22 33 12 13
+///   23; a list of 21 is then the ANISOTROPIC card, column by column), "lammps" (xx yy zz xy xz yz) or "mandel".
+/// - `compliance`: the same shapes; a bare number is in 1/`unit`, engineering shear strains (s44 = 1/G23).
+/// - `c11` … `c66`: with `class`, the constants that determine it, the others implied and checked; without, at least the
+///   nine of orthotropy, the others zero.
+/// - `[engineering]`: `e nu g k lambda` (two of them), or `ex ey ez gyz gzx gxy nu_xy nu_yz nu_zx` as far as `class` needs
+///   them; ν_ij = −ε_j/ε_i under stress along i.
+///
+/// `class` with a matrix is a claim that is checked. `axis` (direction of e₃; for transversely isotropic, tetragonal and
+/// trigonal materials) or `orientation` ([`crate::orientation`]) turns the material. A JSON object of the Materials
+/// Project (`elastic_tensor`, in GPa) is read as a row of a [`crate::table`].
+///
+/// # Errors
+/// A syntax error (file:line:column), an unknown or repeated key, two forms or none, a number without unit, a wrong unit or
+/// shape, a contradiction or a missing constant, or a stiffness that is not positive definite. All name file, line and key.
+pub fn parse_material(text: &str, place: &str) -> Result<Material> {
+    let text = without_mark(text);
+    let path = Path::new(place);
+    let json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) || text.trim_start().starts_with('{');
+    let root = if json { parse_json(text, place)? } else { parse_toml(text, place)? };
+    if !matches!(root.kind, Kind::Table(_)) {
+        return Err(Error::input(
+            format!("the file holds {}, not one material", root.described()),
+            "write one object { … }; a list of materials is a table",
+        )
+        .at(place));
+    }
+    let named = |mut material: Material| {
+        if material.name.is_empty() {
+            material.name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+        }
+        material
+    };
+    if json && record::is_record(&root) {
+        return record::material_of_record(&root, None).map(named).map_err(|e| e.at(place));
+    }
+    material_of(&root, &Habits::default()).map(named).map_err(|e| e.at(place))
+}
+
+/// A symmetry class by its name, as in files and on the command line. Also "hexagonal" and "transverse-isotropic"
+/// (transversely isotropic), "orthorhombic" (orthotropic); spaces or underscores for dashes, any letter case.
+///
+/// # Errors
+/// An unknown name, with the nearest valid one.
+pub fn parse_class(name: &str) -> Result<SymmetryClass> {
+    let plain = name.trim().to_lowercase().replace([' ', '_'], "-");
+    let plain = match plain.as_str() {
+        "hexagonal" | "transverse-isotropic" => "transversely-isotropic",
+        "orthorhombic" => "orthotropic",
+        other => other,
+    };
+    SymmetryClass::ALL.into_iter().find(|class| class.name() == plain).ok_or_else(|| {
+        let names: Vec<&str> = SymmetryClass::ALL.iter().map(|class| class.name()).collect();
+        Error::input(format!("unknown symmetry class {}", quoted(name)), suggestion(plain, &names))
+    })
+}
+
+/// A unit of stress as the user wrote it.
+#[derive(Clone, Debug)]
+pub(super) struct StressUnit {
+    /// For messages: "MPa".
+    pub name: String,
+    /// Its size (Pa).
+    pub size: f64,
+}
+
+impl StressUnit {
+    /// The unit of the Materials Project.
+    pub fn giga_pascal() -> Self {
+        StressUnit { name: "GPa".into(), size: 1e9 }
+    }
+
+    /// A value (Pa) in this unit, for messages.
+    fn show(&self, value: f64) -> String {
+        format!("{} {}", number(value / self.size), self.name)
+    }
+}
+
+/// What a file of a kind leaves unsaid.
+#[derive(Clone, Debug, Default)]
+pub struct Habits {
+    /// Unit of a bare stress where the file names none.
+    pub unit: Option<StressUnit>,
+    /// Unit (kg/m³) of a bare density.
+    pub density: Option<f64>,
+    /// Whether keys we do not know pass in silence.
+    pub unknown_keys: bool,
+}
+
+/// Units of the bare numbers of one file.
+#[derive(Default)]
+struct Units {
+    stress: Option<StressUnit>,
+    /// 1/Pa per unit.
+    compliance: Option<f64>,
+}
+
+impl Units {
+    /// The unit in which messages show a stress.
+    fn shown(&self) -> StressUnit {
+        self.stress.clone().unwrap_or_else(StressUnit::giga_pascal)
+    }
+
+    /// A stress (Pa): a number × unit, or a text with its own. Zero needs none.
+    fn stress(&self, node: &Node, key: &str) -> Result<f64> {
+        self.quantity(node, key, Dimension::Stress, self.stress.as_ref().map(|u| u.size), "unit = \"GPa\"")
+    }
+
+    /// A compliance (1/Pa).
+    fn compliance(&self, node: &Node, key: &str) -> Result<f64> {
+        self.quantity(node, key, Dimension::Compliance, self.compliance, "unit = \"1/GPa\"")
+    }
+
+    fn quantity(&self, node: &Node, key: &str, what: Dimension, unit: Option<f64>, missing: &str) -> Result<f64> {
+        let value = match (&node.kind, unit) {
+            (Kind::Text(text), _) => return what.parse(text).map_err(|e| e.at(place(node.line, key))),
+            (_, Some(size)) => node.number(key)? * size,
+            (_, None) if node.number(key)? == 0.0 => 0.0,
+            (_, None) => {
+                return Err(node.wrong(
+                    key,
+                    format!("{} has no unit", node.described()),
+                    format!("add {missing} at the top of the file"),
+                ));
+            }
+        };
+        if value.is_finite() {
+            Ok(value)
+        } else {
+            Err(node.wrong(key, "the number is too large", "check it and its unit"))
+        }
+    }
+}
+
+/// The form a file gives its stiffness in, and the entry that says so.
+pub(super) enum Form<'n> {
+    Stiffness(&'n Entry),
+    Compliance(&'n Entry),
+    Engineering(&'n Entry),
+    /// The first component.
+    Components(&'n Entry),
+}
+
+impl<'n> Form<'n> {
+    fn of(entry: &'n Entry) -> Option<Self> {
+        match entry.key.as_str() {
+            "stiffness" => Some(Form::Stiffness(entry)),
+            "compliance" => Some(Form::Compliance(entry)),
+            "engineering" => Some(Form::Engineering(entry)),
+            key => components::component_of(key).map(|_| Form::Components(entry)),
+        }
+    }
+
+    fn entry(&self) -> &'n Entry {
+        match self {
+            Form::Stiffness(e) | Form::Compliance(e) | Form::Engineering(e) | Form::Components(e) => e,
+        }
+    }
+
+    /// The one form of a table; `first` is one that it has under another name.
+    pub(super) fn only(table: &'n Node, first: Option<Self>) -> Result<Self> {
+        let mut found = first;
+        for form in table.entries().iter().filter_map(Form::of) {
+            match &found {
+                None => found = Some(form),
+                Some(Form::Components(_)) if matches!(form, Form::Components(_)) => {}
+                Some(first) => {
+                    let (first, second) = (first.entry(), form.entry());
+                    return Err(Error::input(
+                        format!("{} and {} both give the stiffness", first.key, second.key),
+                        "keep one of them",
+                    )
+                    .at(place(second.line, &second.key)));
+                }
+            }
+        }
+        found.ok_or_else(|| {
+            Error::input("no stiffness is given", format!("add {FORMS}")).at(format!("line {}", table.line))
+        })
+    }
+}
+
+/// The material of a table.
+pub fn material_of(table: &Node, habits: &Habits) -> Result<Material> {
+    if !habits.unknown_keys {
+        table.entries().iter().try_for_each(known_key)?;
+    }
+    let form = Form::only(table, None)?;
+    material_in_form(table, &form, habits)
+}
+
+/// The material of a table whose stiffness is given in a form.
+pub(super) fn material_in_form(table: &Node, form: &Form, habits: &Habits) -> Result<Material> {
+    let units = units_of(table, form, habits)?;
+    let claimed = claimed_class(table)?;
+    refuse_useless_order(table, form)?;
+    let (own, class) = own_stiffness(table, form, &units, claimed)?;
+    let stiffness = orientation(table, class)?.map_or(own, |q| own.rotated(&q));
+    let at = form.entry();
+    stiffness.require_positive_definite().map_err(|e| e.at(place(at.line, &at.key)))?;
+    Ok(Material {
+        name: text_of(table, "name")?,
+        stiffness,
+        density: density_of(table, habits.density)?,
+        source: text_of(table, "source")?,
+    })
+}
+
+fn known_key(entry: &Entry) -> Result<()> {
+    if KEYS.contains(&entry.key.as_str()) || components::component_of(&entry.key).is_some() {
+        return Ok(());
+    }
+    let mut all = KEYS.to_vec();
+    let names = components::names();
+    all.extend(names.iter().map(String::as_str));
+    let remedy = match crate::words::nearest(&entry.key, all.iter().copied()) {
+        Some(name) => format!("did you mean {name}?"),
+        None => format!("use one of {}, c11 … c66", KEYS.join(", ")),
+    };
+    Err(Error::input(format!("unknown key {}", quoted(&entry.key)), remedy).at(format!("line {}", entry.line)))
+}
+
+/// The text under a key, empty if absent.
+pub(super) fn text_of(table: &Node, key: &str) -> Result<String> {
+    table.get(key).map_or_else(|| Ok(String::new()), |entry| entry.value.text(key).map(str::to_string))
+}
+
+/// `unit`, which may be reciprocal for a compliance.
+fn units_of(table: &Node, form: &Form, habits: &Habits) -> Result<Units> {
+    let Some(entry) = table.get("unit") else {
+        let compliance = habits.unit.as_ref().map(|unit| 1.0 / unit.size);
+        return Ok(Units { stress: habits.unit.clone(), compliance });
+    };
+    let name = entry.value.text("unit")?;
+    let at = |e: Error| e.at(place(entry.line, "unit"));
+    if matches!(form, Form::Compliance(_))
+        && let Ok(size) = Dimension::Compliance.unit(name)
+    {
+        return Ok(Units { stress: None, compliance: Some(size) });
+    }
+    let size = Dimension::Stress.unit(name).map_err(at)?;
+    Ok(Units { stress: Some(StressUnit { name: name.trim().to_string(), size }), compliance: Some(1.0 / size) })
+}
+
+fn claimed_class(table: &Node) -> Result<Option<SymmetryClass>> {
+    let Some(entry) = table.get("class") else { return Ok(None) };
+    parse_class(entry.value.text("class")?).map(Some).map_err(|e| e.at(place(entry.line, "class")))
+}
+
+fn refuse_useless_order(table: &Node, form: &Form) -> Result<()> {
+    match (table.get("order"), form) {
+        (None, _) | (_, Form::Stiffness(_) | Form::Compliance(_)) => Ok(()),
+        (Some(entry), _) => {
+            Err(Error::input("order says nothing here", "remove it: it is for stiffness and compliance")
+                .at(place(entry.line, "order")))
+        }
+    }
+}
+
+/// The stiffness (Pa) in the material's own axes, and its class where one is named or implied.
+fn own_stiffness(
+    table: &Node,
+    form: &Form,
+    units: &Units,
+    claimed: Option<SymmetryClass>,
+) -> Result<(Stiffness, Option<SymmetryClass>)> {
+    match form {
+        Form::Engineering(entry) => {
+            let (stiffness, class) = engineering::stiffness_of(&entry.value, units, claimed)?;
+            Ok((stiffness, Some(class)))
+        }
+        Form::Components(entry) => {
+            let stiffness = components::stiffness_of(table, entry, units, claimed)?;
+            Ok((stiffness, claimed))
+        }
+        Form::Stiffness(entry) | Form::Compliance(entry) => {
+            let order = matrix::Order::of(table)?;
+            let stiffness = match form {
+                Form::Compliance(_) => {
+                    matrix::compliance_of(&entry.value, order, |node, key| units.compliance(node, key))?
+                }
+                _ => matrix::stiffness_of(&entry.value, &entry.key, order, |node, key| units.stress(node, key))?,
+            };
+            check_claim(&stiffness, claimed).map_err(|e| e.at(place(entry.line, &entry.key)))?;
+            Ok((stiffness, claimed))
+        }
+    }
+}
+
+/// A matrix must be of the class it is said to be, to 10⁻⁶ of its norm.
+pub(super) fn check_claim(stiffness: &Stiffness, claimed: Option<SymmetryClass>) -> Result<()> {
+    let Some(class) = claimed else { return Ok(()) };
+    let nearest = components::Setting::of_matrix(class, stiffness).project(stiffness);
+    let error = stiffness.relative_error(&nearest);
+    if error <= components::CONTRADICTION || stiffness.norm() == 0.0 {
+        return Ok(());
+    }
+    Err(Error::input(
+        format!(
+            "the matrix is not {}: it is {}% of its norm away from that class in its own axes",
+            class.name(),
+            number(100.0 * error)
+        ),
+        "correct the matrix, or remove class (a matrix needs none)",
+    ))
+}
+
+/// Q of `axis` or `orientation`; `None` without either.
+fn orientation(table: &Node, class: Option<SymmetryClass>) -> Result<Option<Matrix3<f64>>> {
+    match (table.get("axis"), table.get("orientation")) {
+        (None, None) => Ok(None),
+        (Some(axis), Some(_)) => Err(Error::input("axis and orientation both turn the material", "keep one of them")
+            .at(place(axis.line, "axis"))),
+        (None, Some(entry)) => orientation_of(&entry.value, "orientation").map(Some),
+        (Some(entry), None) => {
+            use SymmetryClass::{Tetragonal, TransverselyIsotropic, Trigonal};
+            match class {
+                Some(TransverselyIsotropic | Tetragonal | Trigonal) => axis_rotation(&entry.value).map(Some),
+                _ => Err(Error::input(
+                    "axis is for class transversely-isotropic, tetragonal or trigonal",
+                    "name that class, or turn the material with orientation = { x = […], z = […] }",
+                )
+                .at(place(entry.line, "axis"))),
+            }
+        }
+    }
+}
+
+/// The smallest rotation that takes e₃ to `axis`.
+fn axis_rotation(node: &Node) -> Result<Matrix3<f64>> {
+    let numbers = node.list().filter(|items| items.len() == 3).ok_or_else(|| {
+        node.wrong("axis", format!("three numbers are needed, not {}", node.described()), "write axis = [0, 0, 1]")
+    })?;
+    let v: Vec<f64> = numbers.iter().map(|n| n.number("axis")).collect::<Result<_>>()?;
+    smallest_rotation(&Vector3::new(v[0], v[1], v[2])).map_err(|e| e.at(place(node.line, "axis")))
+}
+
+/// The density (kg/m³); `bare` is the unit of a number without one.
+pub(super) fn density_of(table: &Node, bare: Option<f64>) -> Result<Option<f64>> {
+    let Some(entry) = table.get("density") else { return Ok(None) };
+    let node = &entry.value;
+    let value = match (&node.kind, bare) {
+        (Kind::Text(text), _) => Dimension::Density.parse(text).map_err(|e| e.at(place(node.line, "density")))?,
+        (_, Some(unit)) => node.number("density")? * unit,
+        (_, None) => {
+            let value = node.number("density")?;
+            return Err(node.wrong("density", format!("{value} has no unit"), "write density = \"2650 kg/m3\""));
+        }
+    };
+    positive_density(value).map(Some).map_err(|e| e.at(place(node.line, "density")))
+}
+
+/// Refuses a density (kg/m³) that is not positive and finite.
+pub(super) fn positive_density(value: f64) -> Result<f64> {
+    if value > 0.0 && value.is_finite() {
+        return Ok(value);
+    }
+    Err(Error::input(format!("a density of {value} kg/m3 is not possible"), "give a positive one, or leave it out"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_example_of_this_page_is_read() {
+        let page = include_str!("mod.rs").lines().filter_map(|line| line.strip_prefix("//! "));
+        let example: Vec<&str> = page.skip_while(|l| *l != "```toml").skip(1).take_while(|l| *l != "```").collect();
+        let rock = parse_material(&example.join("\n"), "example.toml").unwrap();
+        assert_eq!((rock.name.as_str(), rock.density), ("my rock", Some(2650.0)));
+        assert!((rock.stiffness.voigt()[(2, 2)] / 55e6 - 1.0).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,80 @@
+//! Sentences of error messages: the nearest valid name, enumerations, and offending values kept short.
+
+/// Longest piece of the user's text repeated in a message.
+const SHOWN: usize = 40;
+
+/// The valid name closest to a wrong one: letter case and separators aside, within a third of its letters.
+pub(super) fn nearest<'a>(wrong: &str, valid: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let letters =
+        |name: &str| name.chars().take(SHOWN).filter(|c| !"_- ".contains(*c)).collect::<String>().to_lowercase();
+    let wrong = letters(wrong);
+    let allowed = (wrong.chars().count() / 3).max(1);
+    valid
+        .into_iter()
+        .map(|name| (strsim::damerau_levenshtein(&wrong, &letters(name)), name))
+        .filter(|&(distance, _)| distance <= allowed)
+        .min_by_key(|&(distance, _)| distance)
+        .map(|(_, name)| name)
+}
+
+/// "did you mean x?" where a name is close, otherwise "use one of x, y, z".
+pub fn suggestion(wrong: &str, valid: &[&str]) -> String {
+    match nearest(wrong, valid.iter().copied()) {
+        Some(name) => format!("did you mean {name}?"),
+        None => format!("use one of {}", valid.join(", ")),
+    }
+}
+
+/// "a", "a and b", "a, b and c".
+pub fn enumeration<T: AsRef<str>>(items: &[T]) -> String {
+    match items {
+        [] => String::new(),
+        [one] => one.as_ref().to_string(),
+        [head @ .., last] => {
+            let head: Vec<&str> = head.iter().map(AsRef::as_ref).collect();
+            format!("{} and {}", head.join(", "), last.as_ref())
+        }
+    }
+}
+
+/// The user's text in quotes, escaped and cut to a readable length.
+pub fn quoted(text: &str) -> String {
+    if text.chars().count() <= SHOWN {
+        return format!("{text:?}");
+    }
+    let start: String = text.chars().take(SHOWN).collect();
+    format!("{start:?}…")
+}
+
+/// A number with at most seven significant digits.
+pub(super) fn number(value: f64) -> String {
+    let rounded: f64 = format!("{value:.6e}").parse().unwrap_or(value);
+    let magnitude = rounded.abs();
+    if rounded == 0.0 || (1e-4..1e7).contains(&magnitude) { format!("{rounded}") } else { format!("{rounded:e}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nearest_names() {
+        let names = ["stiffness", "compliance", "c11"];
+        assert_eq!(nearest("stifness", names), Some("stiffness"));
+        assert_eq!(nearest("C11", names), Some("c11"));
+        assert_eq!(nearest("c_11", names), Some("c11"));
+        assert_eq!(nearest("viscosity", names), None);
+    }
+
+    #[test]
+    fn enumerations_quotes_and_numbers() {
+        assert_eq!(enumeration(&["a"]), "a");
+        assert_eq!(enumeration(&["a", "b", "c"]), "a, b and c");
+        assert_eq!(quoted("a\nb"), r#""a\nb""#);
+        assert_eq!(quoted(&"x".repeat(100)).chars().count(), SHOWN + 3);
+        assert_eq!(
+            (number(152.5), number(1e20 / 3.0), number(0.1 + 0.2)),
+            ("152.5".into(), "3.333333e19".into(), "0.3".into())
+        );
+    }
+}
