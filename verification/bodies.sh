@@ -3,7 +3,7 @@
 # cores. Rewrites docs/bodies.md. Needs Python with numpy and scipy (PYTHON=… chooses it).
 set -euo pipefail
 cd "$(dirname "$0")/.."
-bodies=$(cargo bench --locked --quiet -p anisobond --bench bodies)
+bodies=$(cargo bench --locked --quiet -p anisobond-app --bench bodies)
 rules=$("${PYTHON:-python3}" verification/surface_rules.py)
 cargo build --locked --quiet --release -p anisobond-cli
 coarse=$("${PYTHON:-python3}" verification/coarse.py target/release/anisobond)
@@ -19,7 +19,7 @@ that ran it, ratios are measured in one run.
 
 ## Waves, bars and plates, patch test, beams, a pressurised hole
 
-`cargo bench -p anisobond --bench bodies`.
+`cargo bench -p anisobond-app --bench bodies`.
 
 ```text
 TEXT

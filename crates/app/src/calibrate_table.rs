@@ -9,16 +9,16 @@ use serde_json::Value;
 use serde_json::value::{RawValue, to_raw_value};
 
 use crate::claim::{refuse_other_kind, remove_results};
-use anisobond_formats::flat::{FlatTable, columns};
-use anisobond_formats::inputs::{Inputs, checksum};
 use crate::journal::Journal;
-use anisobond_formats::json::refuse_non_finite;
 use crate::model_report::ModelReport;
 use crate::report::NeighbourhoodReport;
-use anisobond_formats::table::{Row, Table};
 use anisobond::calibration::ModelCalibrator;
 use anisobond::experiment::batch;
 use anisobond::{Error, Result};
+use anisobond_formats::flat::{FlatTable, columns};
+use anisobond_formats::inputs::{Inputs, checksum};
+use anisobond_formats::json::refuse_non_finite;
+use anisobond_formats::table::{Row, Table};
 
 /// What became of a row.
 #[derive(Serialize)]

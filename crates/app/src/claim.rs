@@ -7,8 +7,8 @@ use std::fs::{self, File, TryLockError};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use anisobond_formats::atomic::{TEMPORARY, write_atomically};
 use anisobond::{Error, Result};
+use anisobond_formats::atomic::{TEMPORARY, write_atomically};
 
 /// Name of the lock's file; it is there while a program writes.
 const LOCK: &str = ".anisobond.lock";

@@ -8,12 +8,9 @@ use std::sync::atomic::AtomicBool;
 use nalgebra::{Matrix6, Vector3};
 use serde_json::Value as Json;
 
-use anisobond_formats::inputs::{Inputs, recorded};
 use crate::lattice_report::ElementTestReport;
-use anisobond_plot::{Chart, StiffnessRow, stiffness_chart};
-use crate::sweep::{Job, JobLog, Options, ParameterTable, Progress, Shard, Store, Summary, Value, run_sweep};
-use anisobond_formats::{find_material, json_value, parse_angle, parse_stress, parse_vector, read_packing};
 use crate::refuse_other_kind;
+use crate::sweep::{Job, JobLog, Options, ParameterTable, Progress, Shard, Store, Summary, Value, run_sweep};
 use anisobond::calibration::{Model, TransverseConstants, axis_of_strike_and_dip};
 use anisobond::experiment::element_test::{DynamicTest, ElementTest, Rotations};
 use anisobond::experiment::{CorrectionChoice, LatticePlan, LatticeStudy, anisotropy_axis, turned_to_axis};
@@ -21,6 +18,9 @@ use anisobond::lattice::Packing;
 use anisobond::solver::Watch;
 use anisobond::tensor::{Material, Stiffness};
 use anisobond::{Error, Result};
+use anisobond_formats::inputs::{Inputs, recorded};
+use anisobond_formats::{find_material, json_value, parse_angle, parse_stress, parse_vector, read_packing};
+use anisobond_plot::{Chart, StiffnessRow, stiffness_chart};
 
 /// The parameters of an element test's job.
 ///

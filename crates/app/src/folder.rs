@@ -5,15 +5,18 @@ use std::path::Path;
 use serde::Serialize;
 use serde_json::Value;
 
-use anisobond_formats::inputs::{checksum, read_bytes};
-use anisobond_plot::{NeighbourhoodPicture, Scalar, View};
-use anisobond_formats::{BondModuli, PackingFormat, bonds_csv, json_file, json_value, lattice_bonds_csv, lattice_vtp, neighbourhood_vtp, packing_text};
 use crate::{LatticeReport, ModelReport};
 use anisobond::calibration::ModelCalibration;
 use anisobond::experiment::LatticeStudy;
 use anisobond::lattice::Neighbourhood;
 use anisobond::tensor::Material;
 use anisobond::{Error, Result};
+use anisobond_formats::inputs::{checksum, read_bytes};
+use anisobond_formats::{
+    BondModuli, PackingFormat, bonds_csv, json_file, json_value, lattice_bonds_csv, lattice_vtp, neighbourhood_vtp,
+    packing_text,
+};
+use anisobond_plot::{NeighbourhoodPicture, Scalar, View};
 
 /// Names and contents of files.
 pub type Files = Vec<(&'static str, Vec<u8>)>;

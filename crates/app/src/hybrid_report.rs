@@ -7,8 +7,8 @@ use crate::report::{
     universal_anisotropy,
 };
 use anisobond::calibration::{HybridCalibration, HybridForm, Model, Outcome, TraceEvidence};
-use anisobond::tensor::monomial_names;
 use anisobond::tensor::Material;
+use anisobond::tensor::monomial_names;
 
 /// A hybrid model (bonds and nodal term) with its evidence.
 #[derive(Clone, Debug, Serialize)]

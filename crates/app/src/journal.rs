@@ -9,10 +9,10 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
 
+use anisobond::{Error, Result};
 use anisobond_formats::inputs::{Inputs, checksum};
 use anisobond_formats::json::{json_file, refuse_non_finite};
 use anisobond_formats::write_atomically;
-use anisobond::{Error, Result};
 
 /// Finished jobs on disk, keyed by what they were computed from.
 ///

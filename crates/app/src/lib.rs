@@ -18,19 +18,19 @@ pub mod case;
 pub mod export;
 pub mod page;
 
-pub use claim::{FolderLock, REPLACE, refuse_other_kind, remove_results, write_files};
-pub use report::{CalibrationReport, NeighbourhoodReport, TensorReport};
-pub use lattice_report::{ElementTestReport, LatticeReport};
-pub use grid_report::{CellReport, CellStability, GridTestReport};
-pub use hybrid_report::HybridReport;
 pub use advice_report::AdviceReport;
-pub use micropolar_report::{MicropolarInfeasibilityReport, MicropolarReport};
-pub use model_report::ModelReport;
-pub use journal::Journal;
 pub use calibrate_table::{TableResults, calibrate_table, table_journal};
-pub use folder::{Files, calibration_files, lattice_files};
 pub use case::{
     CaseFile, CasePlan, ConditionPlan, LatticeKind, PackingPlan, RegionPlan, calibrated_case, read_case, starter_case,
 };
+pub use claim::{FolderLock, REPLACE, refuse_other_kind, remove_results, write_files};
 pub use export::{BondedCell, Engine, Export, ExportFile, export};
+pub use folder::{Files, calibration_files, lattice_files};
+pub use grid_report::{CellReport, CellStability, GridTestReport};
+pub use hybrid_report::HybridReport;
+pub use journal::Journal;
+pub use lattice_report::{ElementTestReport, LatticeReport};
+pub use micropolar_report::{MicropolarInfeasibilityReport, MicropolarReport};
+pub use model_report::ModelReport;
 pub use page::{calibration_page, calibration_page_data, report_page, studio_page};
+pub use report::{CalibrationReport, NeighbourhoodReport, TensorReport};

@@ -9,8 +9,8 @@ use anisobond::calibration::{
 };
 use anisobond::lattice::Influence;
 use anisobond::tensor::{
-    AverageModuli, DirectionalExtremes, DirectionalModuli, EngineeringConstants, Material, Stiffness, monomial_names,
-    Symmetry, Wave, WaveExtremes, mandel_weight,
+    AverageModuli, DirectionalExtremes, DirectionalModuli, EngineeringConstants, Material, Stiffness, Symmetry, Wave,
+    WaveExtremes, mandel_weight, monomial_names,
 };
 use anisobond::{Error, Result};
 

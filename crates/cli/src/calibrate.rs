@@ -3,11 +3,11 @@
 use anisobond::calibration::{
     HybridForm, LowerBound, ModelCalibration, ModelCalibrator, ModelSettings, Outcome, Promise,
 };
-use anisobond_formats::{BondModuli, parse_orientation};
-use anisobond_app::{Files, ModelReport, NeighbourhoodReport};
 use anisobond::lattice::{Neighbourhood, Shape};
 use anisobond::tensor::Material;
 use anisobond::{Error, Result};
+use anisobond_app::{Files, ModelReport, NeighbourhoodReport};
+use anisobond_formats::{BondModuli, parse_orientation};
 
 use crate::args::{FormName, ModelName, PromiseName};
 use crate::{Ending, args, calibration_text, folder, report, table, text};
@@ -32,7 +32,8 @@ pub fn run(args: &args::Calibrate) -> Result<Ending> {
     if args.jsonl {
         return Err(Error::input(format!("--jsonl, but {} is one material", args.material), "use --json"));
     }
-    let material = anisobond_formats::find_material(&args.material, args.table.row.as_deref(), args.table.unit.as_deref())?;
+    let material =
+        anisobond_formats::find_material(&args.material, args.table.row.as_deref(), args.table.unit.as_deref())?;
     let done = Calibrated::new(args, material)?;
     let report = &done.report;
     if let Some(folder) = &args.output {

@@ -1,9 +1,9 @@
 //! `anisobond check` and `anisobond new case`.
 
 use anisobond::experiment::RunCost;
+use anisobond::{Error, Result};
 use anisobond_app::{CaseFile, CasePlan, ConditionPlan, LatticeKind, PackingPlan, starter_case};
 use anisobond_formats::write_atomically;
-use anisobond::{Error, Result};
 use serde::Serialize;
 
 use crate::{Ending, args, text, waiting};

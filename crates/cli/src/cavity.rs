@@ -3,8 +3,8 @@
 use anisobond::Result;
 use anisobond::experiment::Finding;
 use anisobond::experiment::cavity::{Cavity, CavityBody, Rays, statics, waves};
-use anisobond_app::{CaseFile, LatticeKind};
 use anisobond::tensor::Stiffness;
+use anisobond_app::{CaseFile, LatticeKind};
 use nalgebra::Vector3;
 
 /// The shipped cases.

@@ -3,9 +3,9 @@
 use anisobond::calibration::{Evidence, Model, ModelCalibrator};
 use anisobond::experiment::element_test::{ElementTest, Rotations};
 use anisobond::experiment::{Correction, GridStudy};
-use anisobond_app::GridTestReport;
 use anisobond::operator::GridCell;
 use anisobond::{Error, Result};
+use anisobond_app::GridTestReport;
 
 use crate::lattice::{components, describe_correction, directional, model, model_name};
 use crate::waiting::watched;

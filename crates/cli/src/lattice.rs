@@ -8,10 +8,10 @@ use anisobond::experiment::element_test::{DynamicTest, ElementTest, Rotations};
 use anisobond::experiment::{
     CorrectionChoice, CorrectionForm, CorrectionReport, LatticePlan, LatticeStudy, anisotropy_axis, turned_to_axis,
 };
+use anisobond::tensor::{Material, Stiffness};
 use anisobond_app::lattice_report::Checks;
 use anisobond_app::report::Voigt;
 use anisobond_app::{ElementTestReport, LatticeReport};
-use anisobond::tensor::{Material, Stiffness};
 use nalgebra::Vector3;
 
 use crate::waiting::watched;
@@ -83,7 +83,8 @@ pub fn directional(
     subtitle: &str,
     tensors: &[(&str, &Stiffness)],
 ) -> Result<Vec<(&'static str, Vec<u8>)>> {
-    let polar = anisobond_plot::directional_picture(&format!("Young's modulus of {}", material.name), subtitle, tensors)?;
+    let polar =
+        anisobond_plot::directional_picture(&format!("Young's modulus of {}", material.name), subtitle, tensors)?;
     Ok(vec![
         ("directional.svg", polar.svg().into_bytes()),
         ("directional.png", polar.png(PICTURE_WIDTH)?),

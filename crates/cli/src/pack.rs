@@ -3,12 +3,12 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use anisobond_formats::{parse_length, read_packing, write_packing};
 use anisobond::lattice::generate::{
     Crystal, Extent, Outcome, Radii, RandomPacking, Share, Target, crystal, random_observed,
 };
 use anisobond::lattice::{Packing, PackingStatistics};
 use anisobond::{Error, Result};
+use anisobond_formats::{parse_length, read_packing, write_packing};
 use indicatif::ProgressBar;
 use serde_json::json;
 

@@ -1,9 +1,9 @@
 //! `anisobond sweep`.
 
+use anisobond::{Error, Result};
 use anisobond_app::element_sweep::{ElementSweep, store_in, sweep_into, write_sweep};
 use anisobond_app::sweep::{ParameterTable, Shard, SlurmScript, Store, merge, slurm_script};
 use anisobond_app::{FolderLock, remove_results};
-use anisobond::{Error, Result};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 

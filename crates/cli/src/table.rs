@@ -1,9 +1,9 @@
 //! `anisobond calibrate TABLE`: progress, interruption, and the table's results.
 
 use anisobond::calibration::ModelCalibrator;
+use anisobond::{Error, Result};
 use anisobond_app::{FolderLock, TableResults, calibrate_table, table_journal};
 use anisobond_formats::read_table;
-use anisobond::{Error, Result};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 

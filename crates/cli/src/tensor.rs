@@ -1,9 +1,9 @@
 //! `anisobond tensor`.
 
-use anisobond_app::TensorReport;
-use anisobond_formats::{find_material, json_value, parse_density};
 use anisobond::tensor::{DirectionalModuli, Extremes, Material, SymmetryClass};
 use anisobond::{Error, Result};
+use anisobond_app::TensorReport;
+use anisobond_formats::{find_material, json_value, parse_density};
 use serde_json::json;
 
 use crate::{Ending, args, text};

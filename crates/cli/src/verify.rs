@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use anisobond::experiment::{Finding, Verdict, prakash, smilauer};
-use anisobond_formats::read_packing;
 use anisobond::{Error, Result};
+use anisobond_formats::read_packing;
 use serde_json::json;
 
 use crate::{Ending, args, cavity, text};

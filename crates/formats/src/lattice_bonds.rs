@@ -4,9 +4,9 @@ use std::fmt::Write;
 
 use nalgebra::Vector3;
 
+use crate::csv_text::in_comment;
 use crate::vtk::{array, exact};
 use anisobond::calibration::LatticeStiffness;
-use crate::csv_text::in_comment;
 use anisobond::lattice::Lattice;
 use anisobond::operator::Network;
 use anisobond::{Error, Result};

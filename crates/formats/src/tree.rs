@@ -17,6 +17,7 @@ const DEPTH: usize = 40;
 /// A value and where it stands.
 #[derive(Clone, Debug)]
 pub struct Node {
+    /// What it is.
     pub kind: Kind,
     /// Line in its file, from 1; 0 where a flag of the command line gave it.
     pub line: usize,
@@ -25,9 +26,13 @@ pub struct Node {
 /// What a value is.
 #[derive(Clone, Debug)]
 pub enum Kind {
+    /// A number.
     Number(f64),
+    /// A text.
     Text(String),
+    /// Values in order.
     List(Vec<Node>),
+    /// Entries in order.
     Table(Vec<Entry>),
     /// JSON's null: counts as not given.
     Null,
@@ -40,9 +45,11 @@ pub enum Kind {
 /// `key = value`.
 #[derive(Clone, Debug)]
 pub struct Entry {
+    /// The key.
     pub key: String,
     /// Line of the key, from 1; 0 where a flag of the command line gave it.
     pub line: usize,
+    /// The value.
     pub value: Node,
 }
 
@@ -159,6 +166,7 @@ pub struct Lines<'t> {
 }
 
 impl<'t> Lines<'t> {
+    /// Of a text.
     pub fn new(text: &'t str) -> Self {
         let ends = text.bytes().enumerate().filter(|&(_, b)| b == b'\n');
         Lines { text, starts: std::iter::once(0).chain(ends.map(|(n, _)| n + 1)).collect() }

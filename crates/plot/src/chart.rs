@@ -3,8 +3,6 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use anisobond_formats::flat::{FlatRow, csv_of};
-use anisobond_formats::write_atomically;
 use super::colour::Rgb;
 use super::drawing::{Anchor, Drawing, Group, INK, MARGIN, Mark, SOFT_INK, heading, in_power, text, unit};
 use super::finished::Picture;
@@ -12,6 +10,8 @@ use super::numbers::{round_range, some_ticks};
 use super::scene::Scalar;
 use super::text::{fit, width};
 use anisobond::{Error, Result};
+use anisobond_formats::flat::{FlatRow, csv_of};
+use anisobond_formats::write_atomically;
 
 /// Width and height of the plot of a single panel, and of one of several.
 const ALONE: [f64; 2] = [760.0, 440.0];

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use anisobond_formats::write_atomically;
 use super::drawing::Drawing;
 use super::{png, svg};
 use anisobond::{Error, Result};
+use anisobond_formats::write_atomically;
 
 /// Width of a PNG picture written by [`Picture::write`] (pixels).
 const PNG_WIDTH: u32 = 1800;

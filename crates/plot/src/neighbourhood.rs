@@ -2,11 +2,11 @@
 
 use nalgebra::Vector3;
 
-use anisobond_formats::bonds::check_micromodulus;
 use super::numbers::{length, significant};
 use super::scene::{Ball, Scalar, Scene, View};
 use anisobond::Result;
 use anisobond::lattice::{Influence, Neighbourhood};
+use anisobond_formats::bonds::check_micromodulus;
 
 /// Radius of a neighbour's sphere and of the node's own, in grid spacings.
 const RADIUS: f64 = 0.48;

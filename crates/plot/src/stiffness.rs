@@ -4,7 +4,6 @@ use std::f64::consts::TAU;
 
 use nalgebra::Vector3;
 
-use anisobond_formats::flat::{FlatRow, csv_of};
 use super::chart::{Chart, GRID, Look, Panel, Series, Style, legend, prefixed};
 use super::drawing::{Anchor, Drawing, Group, INK, MARGIN, Mark, SOFT_INK, heading, in_power, text};
 use super::finished::Picture;
@@ -12,6 +11,7 @@ use super::numbers::ticks;
 use super::scene::Scalar;
 use anisobond::tensor::{DirectionalModuli, Stiffness};
 use anisobond::{Error, Result};
+use anisobond_formats::flat::{FlatRow, csv_of};
 
 /// The stiffness of a packing at one contact radius, three ways.
 #[derive(Clone, Debug)]

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use anisobond::calibration::{
     HybridForm, LowerBound, Model, ModelCalibration, ModelCalibrator, ModelSettings, Promise,
 };
-use anisobond_app::{AdviceReport, ModelReport, NeighbourhoodReport, calibration_files, write_files};
-use anisobond_formats::{BondModuli, BondTable};
 use anisobond::tensor::Material;
+use anisobond_app::{AdviceReport, ModelReport, NeighbourhoodReport, calibration_files, write_files};
 use anisobond_cli::describe;
+use anisobond_formats::{BondModuli, BondTable};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyList};

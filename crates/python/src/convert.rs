@@ -1,7 +1,7 @@
 //! Arrays, JSON and words between Python and the library.
 
-use anisobond_formats::Dimension;
 use anisobond::tensor::Stiffness;
+use anisobond_formats::Dimension;
 use nalgebra::{Matrix3, Matrix6, Vector3};
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;

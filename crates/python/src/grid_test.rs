@@ -3,8 +3,8 @@
 use anisobond::calibration::ModelCalibrator;
 use anisobond::experiment::element_test::ElementTest;
 use anisobond::experiment::{Correction, CorrectionChoice, GridStudy};
-use anisobond_app::GridTestReport;
 use anisobond::operator::GridCell;
+use anisobond_app::GridTestReport;
 use anisobond_cli::describe;
 use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;

@@ -3,12 +3,12 @@
 use std::ops::ControlFlow;
 use std::sync::atomic::Ordering;
 
-use anisobond_formats::{read_packing, write_packing};
 use anisobond::lattice::generate::{
     Crystal, Extent, Generated, Radii, RandomPacking, Share, Target, crystal, random_observed,
 };
 use anisobond::lattice::{Packing as Spheres, contacts};
 use anisobond_cli::describe;
+use anisobond_formats::{read_packing, write_packing};
 use nalgebra::Vector3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;

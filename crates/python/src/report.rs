@@ -1,7 +1,7 @@
 //! What every result can do: words, HTML, a dictionary, JSON.
 
-use anisobond_formats::{Column, FlatTable};
 use anisobond_cli::describe;
+use anisobond_formats::{Column, FlatTable};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};

@@ -1,9 +1,9 @@
 //! `Stiffness`: an elastic tensor with its name, density and source.
 
-use anisobond_formats::Dimension;
-use anisobond_app::TensorReport;
 use anisobond::tensor::{DirectionalModuli, Material, SYMMETRY_TOLERANCE, Stiffness as Tensor};
+use anisobond_app::TensorReport;
 use anisobond_cli::describe;
+use anisobond_formats::Dimension;
 use nalgebra::{Matrix6, Vector3};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;

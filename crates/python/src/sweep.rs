@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use anisobond_formats::FlatTable;
 use anisobond_app::element_sweep::{ElementSweep, sweep_into, write_sweep};
 use anisobond_app::sweep::ParameterTable;
 use anisobond_app::{FolderLock, remove_results};
+use anisobond_formats::FlatTable;
 use pyo3::prelude::*;
 use serde_json::json;
 

@@ -4,10 +4,10 @@ use std::ffi::{CString, OsString};
 use std::path::PathBuf;
 
 use anisobond::experiment::FieldName;
-use anisobond_app::{BondedCell, Engine, report_page};
-use anisobond_formats::write_atomically;
 use anisobond::tensor::Material;
+use anisobond_app::{BondedCell, Engine, report_page};
 use anisobond_cli::describe;
+use anisobond_formats::write_atomically;
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

@@ -30,13 +30,13 @@ pub use lattice_study::{CorrectionChoice, LatticePlan, LatticeStudy, anisotropy_
 pub use memory::{machine_memory, refuse_beyond_memory};
 pub use outcome::{Break, Collapse, Outcome, StepLook, WithinStep};
 pub use packing_simulation::{
-    CellDrive, CellState, Leavers, PackingEvidence, PackingProblem, PackingSimulation, Peak, ServoPlan,
+    CellDrive, CellState, Leavers, PackingEvidence, PackingFacts, PackingProblem, PackingSimulation, Peak, ServoPlan,
 };
 pub use problem::{
     Condition, Crack, FractureEnergy, History, OutputPlan, Probe, Problem, RegionMaterial, Schedule, Slice, Softening,
 };
 pub use simulation::{
-    Between, CrackPath, CrackPoint, CrackTip, InterfaceEvidence, InterfaceFracture, Ledger, Overlap, RegionEvidence,
-    RunCost, SavedState, Simulation, StaticEvidence, StepEvidence, TipPoint, diffuse_warning,
+    Between, CrackPath, CrackPoint, CrackTip, GridFacts, InterfaceEvidence, InterfaceFracture, Ledger, Overlap,
+    RegionEvidence, RunCost, SavedState, Simulation, StaticEvidence, StepEvidence, TipPoint, diffuse_warning,
 };
 pub use verification::{Finding, Verdict};

@@ -1,11 +1,11 @@
 //! The case file of a calibration: a bar of its grid and material, pulled.
 
-use anisobond_formats::material::material_text;
 use crate::report::influence_name;
 use anisobond::calibration::Model;
 use anisobond::lattice::{Influence, Neighbourhood, Shape};
 use anisobond::tensor::Material;
 use anisobond::{Error, Result};
+use anisobond_formats::material::material_text;
 
 /// Nodes of the bar along its axis and across.
 const NODES: [f64; 2] = [36.0, 12.0];

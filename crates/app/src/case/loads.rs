@@ -2,10 +2,6 @@
 
 use nalgebra::Vector3;
 
-use anisobond_formats::pairs::read_pairs;
-use anisobond_formats::tree::Kind;
-use anisobond_formats::units::Dimension;
-use anisobond_formats::words::{quoted, suggestion};
 use super::matter::name_of;
 use super::section::{AXES, Section, Spot, Value};
 use super::shapes::Shapes;
@@ -13,6 +9,10 @@ use anisobond::Result;
 use anisobond::experiment::{Crack, History};
 use anisobond::lattice::Solid;
 use anisobond::lattice::solid::Face;
+use anisobond_formats::pairs::read_pairs;
+use anisobond_formats::tree::Kind;
+use anisobond_formats::units::Dimension;
+use anisobond_formats::words::{quoted, suggestion};
 
 /// Names of the outer faces.
 const FACES: [&str; 6] = ["x-min", "x-max", "y-min", "y-max", "z-min", "z-max"];

@@ -4,6 +4,12 @@ use std::path::Path;
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::section::{AXES, Section, Spot, Value};
+use super::shapes::Shapes;
+use anisobond::experiment::FractureEnergy;
+use anisobond::lattice::Solid;
+use anisobond::tensor::Stiffness;
+use anisobond::{Error, Result};
 use anisobond_formats::find::find_material;
 use anisobond_formats::material::{Habits, material_of};
 use anisobond_formats::orientation::{Orientation, orientation_of};
@@ -11,12 +17,6 @@ use anisobond_formats::table::csv_reader;
 use anisobond_formats::tree::read_text;
 use anisobond_formats::units::Dimension;
 use anisobond_formats::words::quoted;
-use super::section::{AXES, Section, Spot, Value};
-use super::shapes::Shapes;
-use anisobond::experiment::FractureEnergy;
-use anisobond::lattice::Solid;
-use anisobond::tensor::Stiffness;
-use anisobond::{Error, Result};
 
 /// Most regions of one file.
 const MOST_REGIONS: usize = 10_000;

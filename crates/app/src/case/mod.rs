@@ -20,17 +20,17 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::Vector3;
 
-use anisobond_formats::inputs::{Inputs, recorded};
-use anisobond_formats::pairs::read_influence;
-use anisobond_formats::tree::{Node, parse_toml, read_text, without_mark};
-use anisobond_formats::units::Dimension;
-use anisobond_formats::words::{quoted, suggestion};
 use anisobond::calibration::Model;
 use anisobond::experiment::{Crack, OutputPlan, PackingProblem, Problem, Schedule, Softening};
 use anisobond::lattice::{Grid, Influence, Neighbourhood, Solid, solid};
 use anisobond::operator::Kinematics;
 use anisobond::tensor::Stiffness;
 use anisobond::{Error, Result};
+use anisobond_formats::inputs::{Inputs, recorded};
+use anisobond_formats::pairs::read_influence;
+use anisobond_formats::tree::{Node, parse_toml, read_text, without_mark};
+use anisobond_formats::units::Dimension;
+use anisobond_formats::words::{quoted, suggestion};
 use loads::{ConditionStatement, Names, Where};
 use matter::{Matters, RegionStatement};
 use packing::PackingStatement;

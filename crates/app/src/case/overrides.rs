@@ -1,8 +1,8 @@
 //! `--set key=value`: values of a case file replaced from the command line.
 
+use anisobond::{Error, Result};
 use anisobond_formats::tree::{Entry, Kind, Node, parse_toml};
 use anisobond_formats::words::quoted;
-use anisobond::{Error, Result};
 
 /// Deepest way to a key.
 const DEEPEST: usize = 20;

@@ -2,13 +2,13 @@
 
 use nalgebra::Vector3;
 
-use anisobond_formats::units::Dimension;
-use anisobond_formats::words::{quoted, suggestion};
 use super::loads::{ConditionStatement, Names, Place, Where};
 use super::matter::name_of;
 use super::section::{Section, Value};
 use anisobond::Result;
 use anisobond::experiment::{FieldName, OutputPlan, Quantity, Schedule, Slice};
+use anisobond_formats::units::Dimension;
+use anisobond_formats::words::{quoted, suggestion};
 
 /// Nodes that a probe looks at.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,10 +2,10 @@
 
 use nalgebra::Vector3;
 
+use anisobond::{Error, Result};
 use anisobond_formats::tree::{Kind, Node, place};
 use anisobond_formats::units::{Dimension, split};
 use anisobond_formats::words::{quoted, suggestion};
-use anisobond::{Error, Result};
 
 /// Where a value stands.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,13 +6,13 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::section::{Section, Value};
+use anisobond::Result;
+use anisobond::lattice::Solid;
 use anisobond_formats::orientation::orientation_of;
 use anisobond_formats::stl::read_stl;
 use anisobond_formats::units::Dimension;
 use anisobond_formats::words::{quoted, suggestion};
-use super::section::{Section, Value};
-use anisobond::Result;
-use anisobond::lattice::Solid;
 
 /// The ways to write a solid.
 const FORMS: [&str; 8] = ["box", "cylinder", "sphere", "halfspace", "union", "intersection", "difference", "stl"];

@@ -11,9 +11,9 @@ use rayon::prelude::*;
 
 use super::{BondedCell, ExportFile};
 use anisobond::Result;
-use anisobond_formats::results::npy;
 use anisobond::operator::{NodalTerm, StiffBond, symmetric_part};
 use anisobond::tensor::{PAIRS, mandel_weight};
+use anisobond_formats::results::npy;
 
 /// Python that solves the system, shipped with it.
 const SCRIPT: &str = include_str!("element_test.py");

@@ -7,16 +7,16 @@ use nalgebra::{Matrix3, Vector3};
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
+use crate::folder::require_own;
 use anisobond::experiment::element_test::{ElementTest, Mechanisms};
 use anisobond::experiment::nodal_on_contacts;
-use anisobond_formats::bonds::{BondTable, read_bonds};
-use crate::folder::require_own;
-use anisobond_formats::packing::read_packing;
-use anisobond_formats::tree::read_text;
 use anisobond::lattice::Packing;
 use anisobond::operator::{Network, NodalTerm, StiffBond};
 use anisobond::tensor::Stiffness;
 use anisobond::{Error, Result};
+use anisobond_formats::bonds::{BondTable, read_bonds};
+use anisobond_formats::packing::read_packing;
+use anisobond_formats::tree::read_text;
 
 /// More nodes and bonds than these are refused before memory is taken.
 const MOST_NODES: f64 = 4e6;

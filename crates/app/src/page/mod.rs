@@ -25,13 +25,13 @@ use self::facts::Section;
 use self::scene::Scene;
 use self::table::{Columns, TablePart};
 use self::tensors::Tensor;
-use anisobond_formats::bonds::{BondModuli, BondTable, bonds_csv};
 use crate::model_report::ModelReport;
 use crate::run::{CASE, stopped_at};
-use anisobond_formats::tree::read_text;
 use anisobond::lattice::Neighbourhood;
 use anisobond::tensor::Material;
 use anisobond::{Error, Result};
+use anisobond_formats::bonds::{BondModuli, BondTable, bonds_csv};
+use anisobond_formats::tree::read_text;
 
 /// What the page draws.
 #[derive(Default, Serialize)]

@@ -6,11 +6,11 @@ use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::encoded;
-use anisobond::Result;
-use anisobond_formats::bonds::{BondTable, read_bonds};
 use crate::export::contact_bonds;
-use anisobond_formats::packing::read_packing;
+use anisobond::Result;
 use anisobond::operator::StiffBond;
+use anisobond_formats::bonds::{BondTable, read_bonds};
+use anisobond_formats::packing::read_packing;
 
 /// Radius of a node of a neighbourhood, in shortest bonds.
 const NODE: f64 = 0.08;

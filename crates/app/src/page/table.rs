@@ -8,10 +8,10 @@ use serde_json::Value;
 use super::charts::axis;
 use super::labels::{label, title};
 use super::sweeps::measured;
-use anisobond_formats::csv_text::unguarded;
 use crate::element_sweep::PARAMETERS;
-use anisobond_formats::tree::read_text;
 use anisobond::{Error, Result};
+use anisobond_formats::csv_text::unguarded;
+use anisobond_formats::tree::read_text;
 
 /// Rows of a table that the page shows.
 const MOST_ROWS: usize = 2000;

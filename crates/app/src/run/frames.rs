@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use super::subject::{Subject, time_text};
-use anisobond_plot::{SliceImage, animation};
+use anisobond::{Error, Result};
 use anisobond_formats::results::{BackgroundWriter, Series, npy, pvd, read_npy};
 use anisobond_formats::write_atomically;
-use anisobond::{Error, Result};
+use anisobond_plot::{SliceImage, animation};
 
 /// Width of a slice's picture (pixels).
 const WIDTH: u32 = 1200;

@@ -7,13 +7,16 @@ use super::summary::RunSummary;
 use super::time_column;
 use anisobond::Result;
 use anisobond::experiment::{
-    CrackPath, CrackPoint, Ledger, Outcome, OutputPlan, Probe, SavedState, Simulation, Slice, StepLook, TipPoint,
+    CrackPath, CrackPoint, GridFacts, Ledger, Outcome, OutputPlan, Probe, SavedState, Simulation, Slice, StepLook,
+    TipPoint,
 };
-use anisobond_plot::SliceImage;
-use anisobond_formats::results::{FieldArray, image_data};
 use anisobond::lattice::Grid;
+use anisobond_formats::results::{FieldArray, image_data};
+use anisobond_plot::SliceImage;
 
 impl Subject for Simulation {
+    type Facts = GridFacts;
+
     const FRAME: &'static str = "vti";
 
     fn name(&self) -> &str {
@@ -64,10 +67,10 @@ impl Subject for Simulation {
     fn own_row(&self) -> Vec<f64> {
         Vec::new()
     }
-    fn save(&self) -> SavedState {
+    fn save(&self) -> SavedState<GridFacts> {
         Simulation::save(self)
     }
-    fn restore(&mut self, state: SavedState) -> Result<()> {
+    fn restore(&mut self, state: SavedState<GridFacts>) -> Result<()> {
         Simulation::restore(self, state)
     }
 

@@ -16,15 +16,15 @@ use serde::{Deserialize, Serialize};
 use self::frames::Frames;
 use self::subject::Subject;
 pub use self::summary::{PackingSummary, RunSummary};
-use anisobond_formats::inputs::recorded;
-use anisobond_formats::json::non_finite;
-use anisobond_formats::results::{Checkpoints, ProbeTable};
 use crate::{CaseFile, FolderLock, LatticeKind, refuse_other_kind, remove_results};
-use anisobond_formats::{Inputs, json_file, write_atomically};
 use anisobond::experiment::{
     Ledger, Outcome, PackingProblem, PackingSimulation, Problem, SavedState, Simulation, WithinStep,
 };
 use anisobond::{Error, Result};
+use anisobond_formats::inputs::recorded;
+use anisobond_formats::json::non_finite;
+use anisobond_formats::results::{Checkpoint, Checkpoints, ProbeTable};
+use anisobond_formats::{Inputs, json_file, write_atomically};
 
 /// Time between two words on a load step that goes on.
 const PACE: Duration = Duration::from_millis(100);
@@ -88,15 +88,15 @@ impl RunProgress {
     }
 }
 
-/// What a checkpoint says of the run beside its state.
+/// What a checkpoint says of the run beside the arrays of its state.
 #[derive(Serialize, Deserialize)]
-struct About {
+struct About<F> {
     inputs: Inputs,
     probe_bytes: u64,
     /// Checksum of these bytes.
     probe_sum: String,
     frame_times: Vec<f64>,
-    simulation: String,
+    simulation: F,
     seconds: f64,
     /// Steps done, and steps in all.
     #[serde(default)]
@@ -114,7 +114,7 @@ const SUMMARY: &str = "summary.json";
 pub(super) fn stopped_at(folder: &Path) -> Option<[u64; 2]> {
     let checkpoints = Checkpoints::in_folder(folder);
     let state = checkpoints.exist().then(|| checkpoints.load().ok()).flatten()?.0;
-    serde_json::from_str::<About>(&state.about).ok()?.steps
+    serde_json::from_str::<About<serde_json::Value>>(&state.about).ok()?.steps
 }
 
 /// Runs a case on its lattice to the end, or until it is stopped. Its folder also has what the case says (`case.json`). The
@@ -256,10 +256,10 @@ impl<S: Subject> Run<S> {
     fn resume(
         mut simulation: S,
         inputs: Inputs,
-        (mut state, damaged): (SavedState, Option<String>),
+        (kept, damaged): (Checkpoint, Option<String>),
         options: &RunOptions,
     ) -> Result<Self> {
-        let about: About = serde_json::from_str(&state.about)
+        let about: About<S::Facts> = serde_json::from_str(&kept.about)
             .map_err(|e| Error::input(format!("the checkpoint cannot be read: {e}"), "start anew in another folder"))?;
         if let Some(changed) = inputs.changed_since(&about.inputs) {
             return Err(Error::input(
@@ -270,8 +270,7 @@ impl<S: Subject> Run<S> {
                 "resume with the case as it was, or start anew in another folder or with --force (force=True)",
             ));
         }
-        state.about = about.simulation;
-        simulation.restore(state)?;
+        simulation.restore(SavedState { facts: about.simulation, numbers: kept.numbers, words: kept.words })?;
         let mut warnings = simulation.warnings().to_vec();
         warnings.extend(damaged.map(|why| format!("the newest checkpoint was damaged, the one before is used: {why}")));
         Ok(Run {
@@ -338,18 +337,18 @@ impl<S: Subject> Run<S> {
 
     fn checkpoint(&mut self) -> Result<()> {
         self.frames.drain()?;
-        let mut state = self.simulation.save();
+        let SavedState { facts, numbers, words } = self.simulation.save();
         let about = About {
             inputs: self.inputs.clone(),
             probe_bytes: self.probes.flush()?,
             probe_sum: self.probes.checksum(),
             frame_times: self.frames.times(),
-            simulation: std::mem::take(&mut state.about),
+            simulation: facts,
             seconds: self.seconds(),
             steps: Some([self.simulation.step(), self.simulation.steps()]),
         };
-        state.about = serde_json::to_string(&about).map_err(|e| Error::file("write", &self.folder, e.into()))?;
-        self.checkpoints.save(&state)
+        let about = serde_json::to_string(&about).map_err(|e| Error::file("write", &self.folder, e.into()))?;
+        self.checkpoints.save(&Checkpoint { about, numbers, words })
     }
 
     fn seconds(&self) -> f64 {

@@ -7,10 +7,12 @@ use nalgebra::Vector3;
 
 use super::subject::{FrameWork, LastFile, Subject, time_text};
 use super::summary::RunSummary;
-use anisobond::experiment::{CellState, Ledger, OutputPlan, PackingSimulation, Probe, SavedState, Slice, StepLook};
-use anisobond_plot::{Disc, Scalar, SliceImage, Style, Window};
-use anisobond_formats::results::{FieldArray, point_data};
+use anisobond::experiment::{
+    CellState, Ledger, OutputPlan, PackingFacts, PackingSimulation, Probe, SavedState, Slice, StepLook,
+};
 use anisobond::{Error, Result};
+use anisobond_formats::results::{FieldArray, point_data};
+use anisobond_plot::{Disc, Scalar, SliceImage, Style, Window};
 
 /// Columns of a periodic cell: stresses (Pa, tension positive) and strains.
 const CELL_COLUMNS: [&str; 12] = [
@@ -32,6 +34,8 @@ const CELL_COLUMNS: [&str; 12] = [
 const WIDTH: u32 = 1400;
 
 impl Subject for PackingSimulation {
+    type Facts = PackingFacts;
+
     const FRAME: &'static str = "vtp";
 
     fn name(&self) -> &str {
@@ -76,10 +80,10 @@ impl Subject for PackingSimulation {
     fn own_row(&self) -> Vec<f64> {
         self.cell().map_or(Vec::new(), |CellState { stress, strain }| [stress, strain].concat())
     }
-    fn save(&self) -> SavedState {
+    fn save(&self) -> SavedState<PackingFacts> {
         PackingSimulation::save(self)
     }
-    fn restore(&mut self, state: SavedState) -> Result<()> {
+    fn restore(&mut self, state: SavedState<PackingFacts>) -> Result<()> {
         PackingSimulation::restore(self, state)
     }
 

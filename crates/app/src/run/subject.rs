@@ -2,6 +2,9 @@
 
 use std::path::Path;
 
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
 use super::summary::RunSummary;
 use anisobond::Result;
 use anisobond::experiment::{Ledger, Outcome, OutputPlan, Probe, SavedState, Slice, StepLook};
@@ -15,6 +18,9 @@ pub(super) type LastFile = (&'static str, Vec<u8>);
 
 /// A simulation as its run sees it: steps, numbers and fields. Grids and packings are two of them.
 pub(super) trait Subject {
+    /// What a saved state says beside its arrays.
+    type Facts: Serialize + DeserializeOwned;
+
     /// Ending of the names of the frames' VTK files.
     const FRAME: &'static str;
 
@@ -53,9 +59,9 @@ pub(super) trait Subject {
     /// Their values.
     fn own_row(&self) -> Vec<f64>;
     /// Everything that is needed to go on.
-    fn save(&self) -> SavedState;
+    fn save(&self) -> SavedState<Self::Facts>;
     /// Go on from a saved state.
-    fn restore(&mut self, state: SavedState) -> Result<()>;
+    fn restore(&mut self, state: SavedState<Self::Facts>) -> Result<()>;
     /// The present state as a VTK file.
     fn frame(&self) -> FrameWork;
     /// A slice of the present state.

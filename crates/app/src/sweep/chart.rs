@@ -1,8 +1,8 @@
 //! Results of a sweep drawn over one of its parameters.
 
-use anisobond_plot::{Chart, Panel, Scalar, Series, Style};
 use super::store::Store;
 use anisobond::Result;
+use anisobond_plot::{Chart, Panel, Scalar, Series, Style};
 
 /// A chart of results over a parameter: a panel for each of the columns `ys` (names as in [`Store::csv`]) over the column
 /// `x`, and in it a series for each value of the column `by`, if there is one. Points are joined in the order of x.

@@ -1,10 +1,10 @@
 //! Every combination of lists and ranges in a TOML file.
 
-use anisobond_formats::tree::{Entry, Kind, Node, place};
-use anisobond_formats::words::{enumeration, quoted, suggestion};
 use super::job::{Job, Value};
 use super::table::{MOST_JOBS, Name};
 use anisobond::{Error, Result};
+use anisobond_formats::tree::{Entry, Kind, Node, place};
+use anisobond_formats::words::{enumeration, quoted, suggestion};
 
 /// Most values of one range.
 const MOST_VALUES: usize = 100_000;

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use anisobond_formats::words::enumeration;
 use super::store::{Shard, Store, Sweep};
 use anisobond::{Error, Result};
+use anisobond_formats::words::enumeration;
 
 /// Merges the stores of all shards of a sweep into one, which is made or added to; the shards stay as they are. Jobs
 /// that are not finished stay so, and can be computed in the merged store.

@@ -4,8 +4,8 @@ use rusqlite::types::ValueRef;
 use rusqlite::{Connection, Row, params};
 use serde_json::Value as Json;
 
-use anisobond_formats::inputs::{Inputs, checksum};
 use super::job::Job;
+use anisobond_formats::inputs::{Inputs, checksum};
 
 /// The tables of a store.
 pub(super) const TABLES: &str = "

@@ -6,13 +6,13 @@ use std::path::Path;
 
 use calamine::{Data, DataRef, Range, Reader, Sheets, Xlsx, open_workbook_auto};
 
-use anisobond_formats::table::{csv_reader, first_line};
-use anisobond_formats::tree::Lines;
-use anisobond_formats::words::quoted;
 use super::bounded::{refuse_cells, refuse_endless};
 use super::job::{Job, Value};
 use super::table::{MOST_JOBS, Name};
 use anisobond::{Error, Result};
+use anisobond_formats::table::{csv_reader, first_line};
+use anisobond_formats::tree::Lines;
+use anisobond_formats::words::quoted;
 
 /// A row that is not empty; the cells without comments and spaces, `None` where empty.
 pub(super) struct Row {

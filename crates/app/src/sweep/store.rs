@@ -14,14 +14,14 @@ use std::time::Duration;
 use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension};
 use serde_json::Value as Json;
 
-use crate::claim::{say_who, who};
-use anisobond_formats::flat::{FlatRow, FlatTable, columns, header, text_of};
-use anisobond_formats::inputs::Inputs;
-use anisobond_formats::words::{quoted, suggestion};
 use super::job::Job;
 use super::record::{COLUMNS, Counts, Record, State, TABLES, write};
 use super::table::ParameterTable;
+use crate::claim::{say_who, who};
 use anisobond::{Error, Result};
+use anisobond_formats::flat::{FlatRow, FlatTable, columns, header, text_of};
+use anisobond_formats::inputs::Inputs;
+use anisobond_formats::words::{quoted, suggestion};
 
 /// "anbs": marks our files among all SQLite files.
 const APPLICATION: i32 = 0x616e_6273;

@@ -3,12 +3,12 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use anisobond_formats::tree::{parse_toml, read_text, without_mark};
-use anisobond_formats::words::{quoted, suggestion};
 use super::combinations::jobs_of_toml;
 use super::job::{Hash, Job};
 use super::sheet::{jobs_of_cells, text_cells, workbook_cells};
 use anisobond::{Error, Result};
+use anisobond_formats::tree::{parse_toml, read_text, without_mark};
+use anisobond_formats::words::{quoted, suggestion};
 
 /// Most jobs of one table.
 pub(super) const MOST_JOBS: usize = 1_000_000;

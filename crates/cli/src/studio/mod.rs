@@ -14,9 +14,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use anisobond_app::{REPLACE, studio_page};
 use anisobond::tensor::{Material, SymmetryClass};
 use anisobond::{Error, Result};
+use anisobond_app::{REPLACE, studio_page};
 use serde::Deserialize;
 use serde_json::json;
 

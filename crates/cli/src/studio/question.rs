@@ -2,10 +2,10 @@
 
 use std::time::Instant;
 
-use anisobond_formats::{BondModuli, builtin_material, material_text, parse_class, parse_material};
-use anisobond_app::{calibrated_case, calibration_page, calibration_page_data};
 use anisobond::tensor::{Material, SYMMETRY_TOLERANCE};
 use anisobond::{Error, Result};
+use anisobond_app::{calibrated_case, calibration_page, calibration_page_data};
+use anisobond_formats::{BondModuli, builtin_material, material_text, parse_class, parse_material};
 use clap::Parser;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};

@@ -5,9 +5,9 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Rotation3, SMatrix, Vector3};
 
+use super::{StressUnit, Units};
 use crate::tree::{Entry, Node, place};
 use crate::words::{enumeration, number};
-use super::{StressUnit, Units};
 use anisobond::tensor::{Stiffness, SymmetryClass, closure, mandel_weight, project};
 use anisobond::{Error, Result};
 

@@ -5,10 +5,10 @@
 
 use nalgebra::Matrix6;
 
-use crate::tree::{Node, place};
-use crate::words::{enumeration, nearest, number, quoted};
 use super::Units;
 use super::components::CONTRADICTION;
+use crate::tree::{Node, place};
+use crate::words::{enumeration, nearest, number, quoted};
 use anisobond::tensor::{Stiffness, SymmetryClass};
 use anisobond::{Error, Result};
 

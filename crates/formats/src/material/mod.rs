@@ -126,7 +126,7 @@ pub fn parse_class(name: &str) -> Result<SymmetryClass> {
 
 /// A unit of stress as the user wrote it.
 #[derive(Clone, Debug)]
-pub(super) struct StressUnit {
+pub struct StressUnit {
     /// For messages: "MPa".
     pub name: String,
     /// Its size (Pa).

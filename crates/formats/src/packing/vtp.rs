@@ -5,8 +5,8 @@ use std::fmt::Write;
 use nalgebra::Vector3;
 use roxmltree::{Document, Node};
 
-use crate::vtk::{array, exact};
 use super::{Spheres, edges, number};
+use crate::vtk::{array, exact};
 use anisobond::lattice::Packing;
 use anisobond::{Error, Result};
 

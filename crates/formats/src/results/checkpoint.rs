@@ -9,7 +9,6 @@ use std::path::{Path, PathBuf};
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use twox_hash::XxHash3_128;
 
-use anisobond::experiment::SavedState;
 use crate::write_atomically;
 use anisobond::{Error, Result};
 
@@ -19,8 +18,19 @@ const CHECKSUM: &str = "xxh3-128";
 /// Key of what the run says of itself.
 const ABOUT: &str = "run";
 
+/// What a file keeps: a text and arrays by name.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Checkpoint {
+    /// What the run says of itself (JSON).
+    pub about: String,
+    /// Arrays of numbers.
+    pub numbers: Vec<(String, Vec<f64>)>,
+    /// Arrays of bits.
+    pub words: Vec<(String, Vec<u64>)>,
+}
+
 /// A state as the bytes of a file.
-fn encode(state: &SavedState) -> Result<Vec<u8>> {
+fn encode(state: &Checkpoint) -> Result<Vec<u8>> {
     let numbers = state.numbers.iter().map(|(name, values)| (name, Dtype::F64, bytes_of(values, |v| v.to_le_bytes())));
     let words = state.words.iter().map(|(name, values)| (name, Dtype::U64, bytes_of(values, |v| v.to_le_bytes())));
     let arrays: Vec<_> = numbers.chain(words).collect();
@@ -34,12 +44,12 @@ fn encode(state: &SavedState) -> Result<Vec<u8>> {
 }
 
 /// The state in a file's bytes, if they are whole.
-fn decode(bytes: &[u8]) -> Result<SavedState> {
+fn decode(bytes: &[u8]) -> Result<Checkpoint> {
     let said = |e: safetensors::SafeTensorError| unusable(&e.to_string());
     let (_, header) = SafeTensors::read_metadata(bytes).map_err(said)?;
     let about = header.metadata().clone().unwrap_or_default();
     let file = SafeTensors::deserialize(bytes).map_err(said)?;
-    let mut state = SavedState { about: about.get(ABOUT).cloned().unwrap_or_default(), ..SavedState::default() };
+    let mut state = Checkpoint { about: about.get(ABOUT).cloned().unwrap_or_default(), ..Checkpoint::default() };
     let mut arrays = file.tensors();
     arrays.sort_by(|a, b| a.0.cmp(&b.0));
     let sum = checksum(&state.about, arrays.iter().map(|(name, view)| (name.as_str(), view.data())));
@@ -112,7 +122,7 @@ impl Checkpoints {
     ///
     /// # Errors
     /// A file that cannot be written; the checkpoints so far are kept.
-    pub fn save(&self, state: &SavedState) -> Result<()> {
+    pub fn save(&self, state: &Checkpoint) -> Result<()> {
         let bytes = encode(state)?;
         if self.newest.exists() {
             // A link, so that the newest is in place until the new one takes its name.
@@ -130,7 +140,7 @@ impl Checkpoints {
     ///
     /// # Errors
     /// None that is whole.
-    pub fn load(&self) -> Result<(SavedState, Option<String>)> {
+    pub fn load(&self) -> Result<(Checkpoint, Option<String>)> {
         match read(&self.newest) {
             Ok(state) => Ok((state, None)),
             Err(error) => match read(&self.before) {
@@ -152,7 +162,7 @@ impl Checkpoints {
 }
 
 /// A file's state, with its path in front of what is wrong.
-fn read(path: &Path) -> Result<SavedState> {
+fn read(path: &Path) -> Result<Checkpoint> {
     let bytes = fs::read(path).map_err(|e| Error::file("read", path, e))?;
     decode(&bytes).map_err(|e| e.at(path.display()))
 }
@@ -161,8 +171,8 @@ fn read(path: &Path) -> Result<SavedState> {
 mod tests {
     use super::*;
 
-    fn state(step: u64) -> SavedState {
-        SavedState {
+    fn state(step: u64) -> Checkpoint {
+        Checkpoint {
             about: format!("{{\"step\":{step}}}"),
             numbers: vec![("u".into(), vec![1.0 / 3.0, f64::MIN_POSITIVE, step as f64]), ("v".into(), vec![-0.0])],
             words: vec![("bits".into(), vec![u64::MAX, 1, 0])],
@@ -176,12 +186,12 @@ mod tests {
         assert!(!files.exist() && files.load().is_err());
         for step in 1..4 {
             files.save(&state(step)).unwrap();
-            let (mut loaded, trouble) = files.load().unwrap();
-            assert_eq!((loaded.about.clone(), trouble), (state(step).about, None));
-            let u = loaded.take_numbers("u", 3).unwrap();
-            assert!(u.iter().zip(&state(step).numbers[0].1).all(|(a, b)| a.to_bits() == b.to_bits()));
-            assert_eq!(loaded.take_words("bits", 3).unwrap(), state(step).words[0].1);
-            assert!(loaded.take_words("bits", 3).is_err());
+            let (loaded, trouble) = files.load().unwrap();
+            assert_eq!((&loaded, trouble), (&state(step), None));
+            let bits = |state: &Checkpoint| {
+                state.numbers.iter().flat_map(|(_, values)| values.iter().map(|x| x.to_bits())).collect::<Vec<u64>>()
+            };
+            assert_eq!(bits(&loaded), bits(&state(step)));
         }
     }
 

@@ -10,7 +10,7 @@ mod table;
 mod writer;
 
 pub use appended::FieldArray;
-pub use checkpoint::Checkpoints;
+pub use checkpoint::{Checkpoint, Checkpoints};
 pub use image_data::image_data;
 pub use npy::{NpyNumber, npy, read_npy};
 pub use point_data::point_data;

@@ -25,6 +25,7 @@ use crate::solver::SolverReport;
 use crate::solver::particles::{Control, Servo, affine_stiffness, damped_step, mean_stress};
 use crate::tensor::PAIRS;
 use crate::{Error, Result};
+pub use saved::PackingFacts;
 
 /// How often spheres that have left are looked for in a run.
 const LOOKS: u64 = 100;

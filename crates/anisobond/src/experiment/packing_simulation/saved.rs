@@ -7,11 +7,11 @@ use super::{Leavers, PackingSimulation, Peak, Stage};
 use crate::experiment::particles::Progress;
 use crate::experiment::simulation::SavedState;
 use crate::operator::particles::Snapshot;
-use crate::{Error, Result};
+use crate::Result;
 
 /// What a saved state says beside its arrays.
-#[derive(Serialize, Deserialize)]
-struct About {
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PackingFacts {
     progress: Progress,
     peak: Option<Peak>,
     left: Option<Leavers>,
@@ -19,7 +19,7 @@ struct About {
 
 impl PackingSimulation {
     /// Everything that is needed to go on.
-    pub fn save(&self) -> SavedState {
+    pub fn save(&self) -> SavedState<PackingFacts> {
         let Snapshot { mut numbers, words } = self.particles().snapshot();
         numbers.push(("virial".into(), self.sums().virial.iter().copied().collect()));
         let progress = match &self.stage {
@@ -36,23 +36,22 @@ impl PackingSimulation {
                 Progress { steps: rest.step, ledger: rest.ledger, ..Progress::default() }
             }
         };
-        let about = About { progress, peak: self.peak, left: self.left };
-        SavedState { about: serde_json::to_string(&about).unwrap_or_default(), numbers, words }
+        let facts = PackingFacts { progress, peak: self.peak, left: self.left };
+        SavedState { facts, numbers, words }
     }
 
     /// Go on from a saved state of the same problem.
     ///
     /// # Errors
     /// A state of another problem.
-    pub fn restore(&mut self, mut state: SavedState) -> Result<()> {
-        let about: About = serde_json::from_str(&state.about)
-            .map_err(|e| Error::input(format!("the saved state cannot be read: {e}"), "start anew"))?;
+    pub fn restore(&mut self, mut state: SavedState<PackingFacts>) -> Result<()> {
+        let facts = std::mem::take(&mut state.facts);
         let n = self.particles().len();
         let virial = Matrix3::from_column_slice(&state.take_numbers("virial", 9)?);
         match &mut self.stage {
             Stage::Motion { motion, .. } => {
                 let spheres = Snapshot { numbers: state.numbers, words: state.words };
-                motion.go_on(about.progress, virial, spheres)?;
+                motion.go_on(facts.progress, virial, spheres)?;
             }
             Stage::Equilibrium(rest) => {
                 let mut field = |name: &str| -> Result<Vec<Vector3<f64>>> {
@@ -64,11 +63,11 @@ impl PackingSimulation {
                 rest.external.rotation = field("settled_rotation")?;
                 rest.particles.restore(Snapshot { numbers: state.numbers, words: state.words })?;
                 rest.sums.virial = virial;
-                (rest.step, rest.ledger) = (about.progress.steps, about.progress.ledger);
+                (rest.step, rest.ledger) = (facts.progress.steps, facts.progress.ledger);
             }
         }
-        self.peak = about.peak;
-        self.left = about.left;
+        self.peak = facts.peak;
+        self.left = facts.left;
         Ok(())
     }
 }

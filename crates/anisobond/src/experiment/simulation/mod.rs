@@ -135,8 +135,8 @@ enum Stage {
 }
 
 /// What a saved state says beside its arrays.
-#[derive(Serialize, Deserialize)]
-struct About {
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GridFacts {
     step: u64,
     ledger: Ledger,
     external_ahead: f64,
@@ -444,10 +444,10 @@ impl Simulation {
     }
 
     /// Everything that is needed to go on.
-    pub fn save(&self) -> SavedState {
-        let mut state = SavedState::default();
+    pub fn save(&self) -> SavedState<GridFacts> {
+        let mut state = SavedState::<GridFacts>::default();
         let (softened, largest) = self.bonds.softened_state();
-        let mut about = About {
+        let mut facts = GridFacts {
             step: self.step,
             ledger: self.ledger,
             external_ahead: 0.0,
@@ -466,15 +466,15 @@ impl Simulation {
         keep("displacement", self.u.get());
         if let Stage::Motion { motion, last, .. } = &self.stage {
             keep("velocity", motion.velocity.clone());
-            about.external_ahead = last.external_ahead;
-            about.damping_ahead = last.damping_ahead;
-            about.fracture_ahead = last.failure.ahead;
+            facts.external_ahead = last.external_ahead;
+            facts.damping_ahead = last.damping_ahead;
+            facts.fracture_ahead = last.failure.ahead;
         }
         state.numbers.push(("damaged_at".into(), self.crack.times().to_vec()));
         state.numbers.push(("largest_stretch".into(), largest));
         state.words.push(("bonds".into(), self.bonds.grid().unbroken_bits()));
         state.words.push(("softened".into(), softened));
-        state.about = serde_json::to_string(&about).unwrap_or_default();
+        state.facts = facts;
         state
     }
 
@@ -482,9 +482,8 @@ impl Simulation {
     ///
     /// # Errors
     /// A state of another problem.
-    pub fn restore(&mut self, mut state: SavedState) -> Result<()> {
-        let about: About = serde_json::from_str(&state.about)
-            .map_err(|e| Error::input(format!("the saved state cannot be read: {e}"), "start anew"))?;
+    pub fn restore(&mut self, mut state: SavedState<GridFacts>) -> Result<()> {
+        let facts = std::mem::take(&mut state.facts);
         let n = self.problem.body.grid.len();
         let mut field = |prefix: &str| -> Result<VectorField> {
             let [x, y, z] = ["x", "y", "z"].map(|axis| state.take_numbers(&format!("{prefix}_{axis}"), n));
@@ -492,23 +491,23 @@ impl Simulation {
         };
         self.u.set(&field("displacement")?);
         if let Stage::Motion { motion, evidence, last } = &mut self.stage {
-            evidence.stable = about.stable.unwrap_or(evidence.stable);
+            evidence.stable = facts.stable.unwrap_or(evidence.stable);
             motion.velocity = field("velocity")?;
-            last.external_ahead = about.external_ahead;
-            last.damping_ahead = about.damping_ahead;
-            last.failure.ahead = about.fracture_ahead;
+            last.external_ahead = facts.external_ahead;
+            last.damping_ahead = facts.damping_ahead;
+            last.failure.ahead = facts.fracture_ahead;
         }
         let damaged = self.crack.times().len();
         self.crack.restore(state.take_numbers("damaged_at", damaged)?);
         let words = self.bonds.grid().unbroken_bits().len();
         let bits = state.take_words("bonds", words)?;
-        let softened = state.take_words("softened", about.softened)?;
-        self.bonds.restore(&bits, &softened, &state.take_numbers("largest_stretch", about.softened)?)?;
+        let softened = state.take_words("softened", facts.softened)?;
+        self.bonds.restore(&bits, &softened, &state.take_numbers("largest_stretch", facts.softened)?)?;
         self.reactions.forget();
-        self.looked_at = about.looked_at;
-        self.step = about.step;
-        self.overlap = about.overlap;
-        self.ledger = about.ledger;
+        self.looked_at = facts.looked_at;
+        self.step = facts.step;
+        self.overlap = facts.overlap;
+        self.ledger = facts.ledger;
         Ok(())
     }
 }

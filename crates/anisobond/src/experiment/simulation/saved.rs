@@ -2,18 +2,18 @@
 
 use crate::{Error, Result};
 
-/// Arrays of a run's state by name.
+/// Facts and arrays of a run's state, the arrays by name.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct SavedState {
-    /// What the run says of itself (JSON).
-    pub about: String,
+pub struct SavedState<F> {
+    /// What the run says of itself beside the arrays.
+    pub facts: F,
     /// Arrays of numbers.
     pub numbers: Vec<(String, Vec<f64>)>,
     /// Arrays of bits.
     pub words: Vec<(String, Vec<u64>)>,
 }
 
-impl SavedState {
+impl<F> SavedState<F> {
     /// An array of numbers, taken out.
     ///
     /// # Errors
@@ -41,4 +41,22 @@ fn taken<T>(arrays: &mut Vec<(String, Vec<T>)>, name: &str, length: usize) -> Re
         )
     })?;
     Ok(arrays.swap_remove(at).1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_array_is_taken_once_and_as_long_as_it_is() {
+        let mut state: SavedState<()> = SavedState {
+            numbers: vec![("u".into(), vec![1.0, 2.0])],
+            words: vec![("bits".into(), vec![3])],
+            ..SavedState::default()
+        };
+        assert!(state.take_numbers("u", 3).is_err() && state.take_words("u", 2).is_err());
+        assert_eq!(state.take_numbers("u", 2).unwrap(), [1.0, 2.0]);
+        assert_eq!(state.take_words("bits", 1).unwrap(), [3]);
+        assert!(state.take_numbers("u", 2).unwrap_err().to_string().contains("no array u of 2 entries"));
+    }
 }

@@ -3,17 +3,17 @@
 use nalgebra::Vector3;
 
 use super::{PackingStatement, Source};
-use anisobond::experiment::element_test::ElementTest;
-use anisobond::experiment::{CorrectionChoice, LatticePlan, LatticeStudy, PackingEvidence, anisotropy_axis};
 use crate::case::matter::RegionStatement;
 use crate::case::resolve::{Sites, owners};
 use crate::case::{CaseFile, Spot};
-use anisobond_formats::packing::read_packing;
+use anisobond::experiment::element_test::ElementTest;
+use anisobond::experiment::{CorrectionChoice, LatticePlan, LatticeStudy, PackingEvidence, anisotropy_axis};
 use anisobond::lattice::generate::{Outcome, random};
 use anisobond::lattice::{Packing, Solid};
 use anisobond::operator::StiffBond;
 use anisobond::tensor::Stiffness;
 use anisobond::{Error, Result};
+use anisobond_formats::packing::read_packing;
 
 /// A body's extent along a periodic axis may differ from the cell's by this part.
 const FITS: f64 = 1e-6;

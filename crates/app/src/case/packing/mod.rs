@@ -13,9 +13,9 @@ use super::{CaseFile, Result};
 use anisobond::calibration::Model;
 use anisobond::experiment::element_test::Rotations;
 use anisobond::experiment::{CellDrive, PackingProblem, ServoPlan};
-use anisobond_formats::units::Dimension;
 use anisobond::lattice::generate::{Extent, Radii, RandomPacking, Target};
 use anisobond::tensor::Stiffness;
+use anisobond_formats::units::Dimension;
 pub use plan::PackingPlan;
 pub(super) use plan::plan;
 

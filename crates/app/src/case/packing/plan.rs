@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use anisobond::experiment::{PackingEvidence, PackingProblem};
 use crate::case::{CaseFile, ConditionPlan, plan::conditions};
+use anisobond::experiment::{PackingEvidence, PackingProblem};
 
 /// Numbers of a case on a packing.
 #[derive(Clone, Debug, Serialize)]

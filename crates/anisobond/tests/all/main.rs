@@ -1,0 +1,25 @@
+//! All tests of the crate in one program, which links once.
+
+mod common;
+
+mod analysis;
+mod calibration;
+mod closed_forms;
+mod conventions;
+mod corrected;
+mod element_test;
+mod equilibrium;
+mod fracture;
+mod grid_cells;
+mod grid_kernels;
+mod micropolar;
+mod near_extreme;
+mod nodal_term;
+mod objective;
+mod particle_bodies;
+mod particle_contacts;
+mod particle_forces;
+mod particle_motion;
+mod stability;
+mod surface;
+mod waves;

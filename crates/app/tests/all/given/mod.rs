@@ -1,0 +1,5 @@
+//! What several tests are given to read.
+#![allow(dead_code)]
+
+pub mod case;
+pub mod reading;

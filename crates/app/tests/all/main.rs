@@ -1,0 +1,27 @@
+//! All tests of the crate in one program, which links once.
+
+#[path = "../../../anisobond/tests/all/common/mod.rs"]
+mod common;
+mod given;
+
+mod bodies;
+mod case_errors;
+mod case_files;
+mod cases;
+mod cavity;
+mod checked;
+mod cracks;
+mod fields;
+mod hybrid;
+mod interfaces;
+mod large_motion;
+mod outcomes;
+mod packing;
+mod peers;
+mod reading;
+mod reading_errors;
+mod reading_tables;
+mod softening;
+mod surface_loads;
+mod sweep;
+mod watch;

@@ -1,0 +1,14 @@
+//! All tests of the program in one, which links once.
+
+mod common;
+
+mod cli;
+mod corrections;
+mod cracks;
+mod export;
+mod faults;
+mod models;
+mod packings;
+mod report;
+mod runs;
+mod studio;
