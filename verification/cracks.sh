@@ -42,7 +42,7 @@ PYTHON
 {
   printf '# Fracture, measured\n\nWritten by `verification/cracks.sh`; [what it means](fracture.md).\n\n'
   printf 'Energies: tests of split bodies, of a crack through a plate and of the balance.\n\n```text\n'
-  cargo test --release --locked --quiet -p anisobond --test cracks --test softening -- --include-ignored --nocapture --test-threads 1 |
+  cargo test --release --locked --quiet -p anisobond-app --test all -- --include-ignored --nocapture --test-threads 1 cracks:: softening:: |
     sed 's/^\.*//' | grep -E 'J/m2|drift|broken|over by|weak'
   printf '```\n\nThe longest crack of each run: its length, angle to x of the line from start to tip and of the line of least squares,\n'
   printf 'angle between branches, speeds; all bonds that broke; drift of the energy; seconds.\n\n'

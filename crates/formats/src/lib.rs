@@ -7,7 +7,6 @@ pub mod tree;
 pub mod units;
 pub mod orientation;
 pub mod material;
-pub mod record;
 pub mod table;
 pub mod atomic;
 pub mod json;

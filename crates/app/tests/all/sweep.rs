@@ -628,7 +628,7 @@ fn a_killed_process_loses_nothing_that_was_finished() {
     while round < 6 || done.is_empty() {
         round += 1;
         let mut child = std::process::Command::new(std::env::current_exe().unwrap())
-            .args(["--exact", "swept_until_killed", "--test-threads=1"])
+            .args(["--exact", "sweep::swept_until_killed", "--test-threads=1"])
             .env("ANISOBOND_TEST_SWEEP", place.0.path())
             .stdout(std::process::Stdio::null())
             .spawn()

@@ -18,6 +18,7 @@
 
 pub(super) mod components;
 mod engineering;
+pub mod record;
 pub(super) mod matrix;
 mod text;
 
@@ -26,10 +27,10 @@ use std::path::Path;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::orientation::{orientation_of, smallest_rotation};
+use crate::tree::Kind;
 use crate::tree::{Entry, Node, parse_json, parse_toml, place, read_text, without_mark};
 use crate::units::Dimension;
 use crate::words::{number, quoted, suggestion};
-use crate::{record, tree::Kind};
 use anisobond::tensor::{Material, Stiffness, SymmetryClass};
 use anisobond::{Error, Result};
 

@@ -4,10 +4,10 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::{Leavers, PackingSimulation, Peak, Stage};
+use crate::Result;
 use crate::experiment::particles::Progress;
 use crate::experiment::simulation::SavedState;
 use crate::operator::particles::Snapshot;
-use crate::Result;
 
 /// What a saved state says beside its arrays.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -1,6 +1,6 @@
 //! One material of a database in JSON, as the Materials Project writes it.
 
-use crate::material::{Form, Habits, StressUnit, material_in_form, material_of};
+use super::{Form, Habits, StressUnit, material_in_form, material_of};
 use crate::tree::{Entry, Kind, Node, place};
 use anisobond::tensor::Material;
 use anisobond::{Error, Result};
