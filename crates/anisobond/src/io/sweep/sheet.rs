@@ -142,7 +142,8 @@ fn refuse_large<R: Read + Seek>(workbook: &mut Xlsx<R>, name: &str) -> std::resu
 fn rows_of(range: &Range<Data>) -> Result<Vec<Row>> {
     let (top, left) = range.start().map_or((0, 0), |(row, column)| (row as usize, column as usize));
     let mut rows = Vec::new();
-    for (index, data) in range.rows().enumerate() {
+    let filled = |(_, row): &(usize, &[Data])| row.iter().any(|cell| *cell != Data::Empty);
+    for (index, data) in range.rows().enumerate().filter(filled) {
         let mut row = Row { number: top + index + 1, first_column: Some(left), cells: Vec::new() };
         for cell in data {
             let value = value_of(cell).map_err(|problem| {
