@@ -16,7 +16,9 @@ libfuzzer_sys::fuzz_target!(|text: &str| {
             // Larger bodies take time, and nothing else.
             if case.grid().is_ok_and(|grid| grid.len() < 5_000) {
                 match case.problem() {
-                    Ok(problem) => assert!(problem.probes.iter().flat_map(|p| &p.nodes).all(|&n| problem.body.has(n as usize))),
+                    Ok(problem) => {
+                        assert!(problem.probes.iter().flat_map(|p| &p.nodes).all(|&n| problem.body.has(n as usize)))
+                    }
                     Err(e) => assert!(said(&e)),
                 }
             }

@@ -16,7 +16,7 @@ libfuzzer_sys::fuzz_target!(init: let_readers_panic(), |input: &[u8]| {
         2 => (rest.to_vec(), "sweep.ods"),
         3 => (compound(rest), "sweep.xls"),
         4 => (xlsx(rest), "sweep.xlsx"),
-        _ => (archive(&[("mimetype", ODS.as_bytes()), ("content.xml", rest)]), "sweep.ods"),
+        _ => (ods(rest), "sweep.ods"),
     };
     match ParameterTable::parse_workbook(&bytes, file) {
         Ok(table) => {
@@ -45,7 +45,8 @@ const PACKAGE: &str = "http://schemas.openxmlformats.org/package/2006/relationsh
 fn xlsx(parts: &[u8]) -> Vec<u8> {
     let at = parts.iter().position(|b| *b == 0).unwrap_or(parts.len());
     let (sheet, texts) = (&parts[..at], parts.get(at + 1..).unwrap_or_default());
-    let book = format!("<workbook xmlns:r='{RELATED}'><sheets><sheet name='s' sheetId='1' r:id='a'/></sheets></workbook>");
+    let book =
+        format!("<workbook xmlns:r='{RELATED}'><sheets><sheet name='s' sheetId='1' r:id='a'/></sheets></workbook>");
     let related = format!(
         "<Relationships xmlns='{PACKAGE}'><Relationship Id='a' Type='{RELATED}/worksheet' Target='worksheets/sheet1.xml'/>\
          </Relationships>"
@@ -56,6 +57,10 @@ fn xlsx(parts: &[u8]) -> Vec<u8> {
         ("xl/worksheets/sheet1.xml", sheet),
         ("xl/sharedStrings.xml", texts),
     ])
+}
+
+fn ods(content: &[u8]) -> Vec<u8> {
+    archive(&[("mimetype", ODS.as_bytes()), ("META-INF/manifest.xml", b"<manifest/>"), ("content.xml", content)])
 }
 
 fn archive(files: &[(&str, &[u8])]) -> Vec<u8> {
