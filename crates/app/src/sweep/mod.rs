@@ -6,6 +6,7 @@
 mod bounded;
 mod chart;
 mod combinations;
+mod compound;
 mod job;
 mod log;
 mod merge;

@@ -1,18 +1,20 @@
 //! Tables with a row per job: CSV text and spreadsheets, as Woo's batch tables.
 
-use std::io::{Read, Seek};
+use std::io::{Cursor, Read, Seek};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::Path;
 
-use calamine::{Data, DataRef, Range, Reader, Sheets, Xlsx, open_workbook_auto};
+use calamine::{Data, DataRef, Ods, Range, Reader, Sheets, Xls, Xlsx, XlsxError};
 
-use super::bounded::{refuse_cells, refuse_endless};
+use super::bounded::{Format, refuse_cells, refuse_endless};
 use super::job::{Job, Value};
 use super::table::{MOST_JOBS, Name};
 use anisobond::{Error, Result};
 use anisobond_formats::table::{csv_reader, first_line};
 use anisobond_formats::tree::Lines;
 use anisobond_formats::words::quoted;
+
+/// Most sheets that are read until one is not empty: all may be one large part of an archive.
+const MOST_EMPTY: usize = 100;
 
 /// A row that is not empty; the cells without comments and spaces, `None` where empty.
 pub(super) struct Row {
@@ -72,27 +74,35 @@ pub(super) fn text_cells(text: &str) -> Result<Vec<Row>> {
 }
 
 /// The name and the rows of the first sheet that is not empty.
-pub(super) fn workbook_cells(path: &Path) -> Result<(String, Vec<Row>)> {
-    std::fs::File::open(path).map_err(|e| Error::file("read", path, e))?;
+pub(super) fn workbook_cells(bytes: &[u8], format: Format, file: &str) -> Result<(String, Vec<Row>)> {
     // A damaged workbook is an error of the file, whatever its reader makes of it.
-    let read = catch_unwind(AssertUnwindSafe(|| first_sheet(path)));
+    let read = catch_unwind(AssertUnwindSafe(|| first_sheet(bytes, format)));
     read.unwrap_or_else(|_| Err("it is damaged".into()))
         .map_err(|reason| {
             Error::input(format!("the spreadsheet cannot be read: {reason}"), "save it again as .xlsx, or as .csv")
-                .at(path.display())
+                .at(file)
         })
         .and_then(|(sheet, range)| {
-            let rows = rows_of(&range).map_err(|e| e.at(format!("{}, sheet {}", path.display(), quoted(&sheet))))?;
+            let rows = rows_of(&range).map_err(|e| e.at(format!("{file}, sheet {}", quoted(&sheet))))?;
             Ok((quoted(&sheet), rows))
         })
 }
 
-fn first_sheet(path: &Path) -> std::result::Result<(String, Range<Data>), String> {
-    refuse_endless(path)?;
-    let mut workbook = open_workbook_auto(path).map_err(|e| e.to_string())?;
+fn opened(bytes: &[u8], format: Format) -> std::result::Result<Sheets<Cursor<&[u8]>>, calamine::Error> {
+    let bytes = Cursor::new(bytes);
+    Ok(match format {
+        Format::Xls => Sheets::Xls(Xls::new(bytes)?),
+        Format::Xlsx => Sheets::Xlsx(Xlsx::new(bytes)?),
+        Format::Ods => Sheets::Ods(Ods::new(bytes)?),
+    })
+}
+
+fn first_sheet(bytes: &[u8], format: Format) -> std::result::Result<(String, Range<Data>), String> {
+    refuse_endless(bytes, format)?;
+    let mut workbook = opened(bytes, format).map_err(|e| e.to_string())?;
     let names = workbook.sheet_names();
     let mut first = None;
-    for name in names {
+    for name in names.into_iter().take(MOST_EMPTY) {
         if let Sheets::Xlsx(workbook) = &mut workbook {
             refuse_large(workbook, &name)?;
         }
@@ -108,7 +118,11 @@ fn first_sheet(path: &Path) -> std::result::Result<(String, Range<Data>), String
 /// Refuses a sheet whose used cells are far apart, for its reader makes room for all between them, and one that holds a long
 /// text many times.
 fn refuse_large<R: Read + Seek>(workbook: &mut Xlsx<R>, name: &str) -> std::result::Result<(), String> {
-    let mut cells = workbook.worksheet_cells_reader(name).map_err(|e| e.to_string())?;
+    let mut cells = match workbook.worksheet_cells_reader(name) {
+        // A sheet of a chart has no cells.
+        Err(XlsxError::NotAWorksheet(_)) => return Ok(()),
+        cells => cells.map_err(|e| e.to_string())?,
+    };
     let (mut rows, mut columns, mut letters) = (0_u64, 0_u64, 0_u64);
     while let Some(cell) = cells.next_cell().map_err(|e| e.to_string())? {
         if *cell.get_value() != DataRef::Empty {
@@ -128,7 +142,8 @@ fn refuse_large<R: Read + Seek>(workbook: &mut Xlsx<R>, name: &str) -> std::resu
 fn rows_of(range: &Range<Data>) -> Result<Vec<Row>> {
     let (top, left) = range.start().map_or((0, 0), |(row, column)| (row as usize, column as usize));
     let mut rows = Vec::new();
-    for (index, data) in range.rows().enumerate() {
+    let filled = |(_, row): &(usize, &[Data])| row.iter().any(|cell| *cell != Data::Empty);
+    for (index, data) in range.rows().enumerate().filter(filled) {
         let mut row = Row { number: top + index + 1, first_column: Some(left), cells: Vec::new() };
         for cell in data {
             let value = value_of(cell).map_err(|problem| {

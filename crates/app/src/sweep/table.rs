@@ -3,10 +3,12 @@
 use std::collections::HashMap;
 use std::path::Path;
 
+use super::bounded::Format;
 use super::combinations::jobs_of_toml;
 use super::job::{Hash, Job};
 use super::sheet::{jobs_of_cells, text_cells, workbook_cells};
 use anisobond::{Error, Result};
+use anisobond_formats::inputs::read_bytes;
 use anisobond_formats::tree::{parse_toml, read_text, without_mark};
 use anisobond_formats::words::{quoted, suggestion};
 
@@ -45,14 +47,27 @@ impl ParameterTable {
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let file = path.display().to_string();
-        match extension(&file).as_str() {
-            "xls" | "xlsx" | "xlsm" | "ods" => {
-                let (sheet, rows) = workbook_cells(path)?;
-                let (jobs, names) = jobs_of_cells(&rows).map_err(|e| e.at(format!("{file}, sheet {sheet}")))?;
-                Self::of(jobs, names, file)
-            }
-            _ => Self::parse(&read_text(path)?, &file),
+        match Format::of_ending(&extension(&file)) {
+            Some(format) => Self::of_workbook(&read_bytes(path)?, format, file),
+            None => Self::parse(&read_text(path)?, &file),
         }
+    }
+
+    /// A table from the bytes of a spreadsheet; the ending of `file` (`.xls`, `.xlsx`, `.xlsm`, `.ods`) says of which kind.
+    ///
+    /// # Errors
+    /// As [`ParameterTable::read`].
+    pub fn parse_workbook(bytes: &[u8], file: &str) -> Result<Self> {
+        match Format::of_ending(&extension(file)) {
+            Some(format) => Self::of_workbook(bytes, format, file.into()),
+            None => Err(unknown_kind(file)),
+        }
+    }
+
+    fn of_workbook(bytes: &[u8], format: Format, file: String) -> Result<Self> {
+        let (sheet, rows) = workbook_cells(bytes, format, &file)?;
+        let (jobs, names) = jobs_of_cells(&rows).map_err(|e| e.at(format!("{file}, sheet {sheet}")))?;
+        Self::of(jobs, names, file)
     }
 
     /// A table from the text of a TOML, CSV or TSV file; the ending of `file` says which.
@@ -67,13 +82,7 @@ impl ParameterTable {
                 let rows = text_cells(text).map_err(|e| e.at(file))?;
                 jobs_of_cells(&rows).map_err(|e| e.at(file))?
             }
-            _ => {
-                return Err(Error::input(
-                    "not a table of parameters by its name",
-                    "end the name in .toml, .csv, .tsv, .xls, .xlsx or .ods",
-                )
-                .at(file));
-            }
+            _ => return Err(unknown_kind(file)),
         };
         Self::of(jobs, names, file.into())
     }
@@ -121,6 +130,11 @@ impl ParameterTable {
         self.jobs.iter().for_each(|job| hash.add(job.id.as_bytes()));
         hash.digits()
     }
+}
+
+fn unknown_kind(file: &str) -> Error {
+    let remedy = "end the name in .toml, .csv, .tsv, .xls, .xlsx or .ods";
+    Error::input("not a table of parameters by its name", remedy).at(file)
 }
 
 fn extension(file: &str) -> String {

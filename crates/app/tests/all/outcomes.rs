@@ -245,10 +245,20 @@ fn coarse_dimensions_are_named() {
         assert_eq!(RunCost::with_warnings(&plate(n, "")).unwrap().1, said);
     }
     assert_eq!(plate(7, "").coarse(), Vec::<String>::new());
+    // The figures are those of the nearest horizon that was measured and is not smaller.
+    for (horizon, of, expected) in [("2", 2, "+0.0 %"), ("2.5", 3, "-0.7 %"), ("3.5", 4, "-4.2 %"), ("5", 4, "-4.2 %")]
+    {
+        let said = plate(3, &format!("horizon = {horizon}\n")).coarse();
+        assert!(
+            said[0].contains(expected) && said[0].contains(&format!("ν = 0.25, horizon of {of} spacings")),
+            "{said:?}"
+        );
+    }
     let layers = "[[region]]\nname = \"ply\"\nlayers = { axis = \"z\", layup = [{ thickness = \"8 mm\" }, { thickness = \"2 mm\", \
                   angle = 90 }] }\n";
     let said = plate(10, layers).coarse();
     assert!(said.len() == 1 && said[0].contains("few nodes across: ply-2 (2 nodes along z at"), "{said:?}");
+    assert!(said[0].contains("-6.6 % of stiffness along them"), "{said:?}");
     let crack = "[[crack]]\nrectangle = { corner = \"-10, -50, 0 mm\", a = \"26, 0, 0 mm\", b = \"0, 100, 0 mm\" }\n";
     let said = plate(20, crack).coarse();
     assert!(

@@ -14,16 +14,83 @@ const HORIZONS: f64 = 2.0;
 /// A hole or gap of fewer nodes across is named.
 const HOLE: usize = 10;
 
-/// Errors of strips of 1, 2, … 6 nodes (–), of their stiffness in tension and in bending, with calibrated truncated neighbourhoods and
-/// without: isotropic, ν = ¼, horizon 3 spacings (verification/coarse.py). One node resists no bending.
-const TENSION: [[f64; 6]; 2] =
-    [[0.125, -0.100, -0.007, -0.003, -0.003, -0.003], [-0.446, -0.284, -0.188, -0.141, -0.114, -0.094]];
-const BENDING: [[f64; 6]; 2] =
-    [[-1.0, -0.804, -0.329, -0.229, -0.17, -0.129], [-1.0, -0.578, -0.427, -0.339, -0.28, -0.240]];
+/// Errors of dimensions of few nodes (–), with calibrated truncated neighbourhoods and without: isotropic, central bonds, ν = ¼
+/// (verification/coarse.py).
+struct Measured {
+    /// In spacings.
+    horizon: f64,
+    /// Strips of 1, 2, … 8 nodes: stiffness in tension and in bending; one node resists none.
+    tension: [[f64; 8]; 2],
+    bending: [[f64; 8]; 2],
+    /// Round holes of radius 2, 3, 4, 5 spacings under pressure: displacement.
+    holes: [[f64; 4]; 2],
+    /// Layers of 1, 2, … 8 nodes in a stack of moduli 4 : 1: stiffness along them.
+    layers: [[f64; 8]; 2],
+}
 
-/// Errors of layers of 1, 2, … 6 nodes in a stack of moduli 4 : 1 (–), of the stiffness along them.
-const LAYERS: [[f64; 6]; 2] =
-    [[-0.002, -0.004, -0.002, -0.001, -0.001, -0.001], [-0.071, -0.038, -0.025, -0.018, -0.015, -0.012]];
+const MEASURED: [Measured; 3] = [
+    Measured {
+        horizon: 2.0,
+        tension: [
+            [0.125, 0.000, 0.000, -0.003, -0.002, -0.001, -0.001, -0.001],
+            [-0.250, -0.146, -0.095, -0.071, -0.057, -0.048, -0.041, -0.036],
+        ],
+        bending: [
+            [-1.0, -0.429, -0.247, -0.160, -0.110, -0.080, -0.061, -0.048],
+            [-1.0, -0.429, -0.277, -0.206, -0.164, -0.136, -0.117, -0.102],
+        ],
+        holes: [[0.012, 0.171, 0.071, 0.063], [0.113, 0.300, 0.169, 0.163]],
+        layers: [
+            [-0.085, -0.040, -0.026, -0.020, -0.016, -0.013, -0.011, -0.010],
+            [-0.107, -0.057, -0.038, -0.028, -0.023, -0.019, -0.016, -0.014],
+        ],
+    },
+    Measured {
+        horizon: 3.0,
+        tension: [
+            [0.125, -0.100, -0.007, -0.003, -0.004, -0.003, -0.003, -0.002],
+            [-0.446, -0.284, -0.188, -0.141, -0.113, -0.094, -0.081, -0.070],
+        ],
+        bending: [
+            [-1.0, -0.804, -0.329, -0.229, -0.170, -0.129, -0.101, -0.081],
+            [-1.0, -0.578, -0.427, -0.339, -0.281, -0.240, -0.210, -0.186],
+        ],
+        holes: [[0.142, 0.223, 0.114, 0.074], [0.380, 0.469, 0.303, 0.240]],
+        layers: [
+            [-0.129, -0.066, -0.042, -0.031, -0.025, -0.021, -0.018, -0.016],
+            [-0.174, -0.098, -0.065, -0.049, -0.039, -0.032, -0.028, -0.024],
+        ],
+    },
+    Measured {
+        horizon: 4.0,
+        tension: [
+            [0.125, -0.100, -0.042, -0.002, -0.005, -0.007, -0.006, -0.005],
+            [-0.595, -0.405, -0.285, -0.208, -0.166, -0.139, -0.119, -0.104],
+        ],
+        bending: [
+            [-1.0, -0.894, -0.263, -0.324, -0.231, -0.184, -0.149, -0.121],
+            [-1.0, -0.692, -0.550, -0.455, -0.384, -0.333, -0.294, -0.263],
+        ],
+        holes: [[0.326, 0.319, 0.185, 0.146], [0.675, 0.691, 0.465, 0.392]],
+        layers: [
+            [-0.149, -0.086, -0.055, -0.040, -0.032, -0.027, -0.023, -0.020],
+            [-0.215, -0.130, -0.088, -0.065, -0.052, -0.044, -0.037, -0.033],
+        ],
+    },
+];
+
+impl Measured {
+    /// With the nearest horizon that is not smaller, for errors grow with the horizon; else with the largest.
+    fn with(horizon: f64) -> &'static Measured {
+        let [.., largest] = &MEASURED;
+        MEASURED.iter().find(|m| m.horizon > horizon - 1e-9).unwrap_or(largest)
+    }
+
+    /// Where the errors are from.
+    fn source(&self) -> String {
+        format!("docs/bodies.md, isotropic with ν = 0.25, horizon of {} spacings", self.horizon)
+    }
+}
 
 /// Parts that a message lists.
 const LISTED: usize = 4;
@@ -52,7 +119,7 @@ impl Problem {
     /// Thin regions in one message; `None` if there are none.
     fn layers(&self, thin: &[Thin]) -> Option<String> {
         let thinnest = thin.iter().map(|t| t.across).min()?;
-        let calibrated = usize::from(!self.surface_calibration);
+        let measured = Measured::with(self.neighbourhood.horizon());
         let one = |t: &Thin| {
             let region = &self.regions[usize::from(t.label) - 1].name;
             let axis = ["x", "y", "z"][t.axis];
@@ -63,20 +130,27 @@ impl Problem {
             listed.push(format!("{} more", thin.len() - LISTED));
         }
         Some(format!(
-            "regions are few nodes across: {}; stacked layers as thin had {:+.1} % of stiffness along them (docs/bodies.md), and across \
-             them every interface is as wide as the bonds are long, {:.1} spacings; use a smaller spacing",
+            "regions are few nodes across: {}; stacked layers as thin had {:+.1} % of stiffness along them ({}), grains of as many \
+             nodes in the mean less, and across layers every interface is as wide as the bonds are long, {:.1} spacings; use a \
+             smaller spacing",
             listed.join(", "),
-            100.0 * LAYERS[calibrated][thinnest.clamp(1, 6) - 1],
+            100.0 * self.of_thickness(&measured.layers, thinnest),
+            measured.source(),
             self.neighbourhood.horizon()
         ))
     }
 
+    /// The error of so many nodes.
+    fn of_thickness(&self, errors: &[[f64; 8]; 2], across: usize) -> f64 {
+        errors[usize::from(!self.surface_calibration)][across.clamp(1, 8) - 1]
+    }
+
     fn strip(&self, thin: &Thin) -> String {
-        let calibrated = usize::from(!self.surface_calibration);
-        let number = |table: &[[f64; 6]; 2]| 100.0 * table[calibrated][thin.across.clamp(1, 6) - 1];
+        let measured = Measured::with(self.neighbourhood.horizon());
+        let number = |errors: &[[f64; 8]; 2]| 100.0 * self.of_thickness(errors, thin.across);
         let bending = match thin.across {
             1 => "it has no stiffness in bending".to_string(),
-            _ => format!("{:+.0} % in bending", number(&BENDING)),
+            _ => format!("{:+.0} % in bending", number(&measured.bending)),
         };
         let plane_stress = match thin.across <= 2 && self.regions.len() == 1 {
             true => {
@@ -87,28 +161,29 @@ impl Problem {
         };
         format!(
             "the body is {} across along {} at {} ({} nodes found): a strip as thin had {:+.1} % of stiffness in tension and {bending} \
-             (docs/bodies.md); use a smaller spacing{plane_stress}",
+             ({}); use a smaller spacing{plane_stress}",
             nodes(thin.across),
             ["x", "y", "z"][thin.axis],
             place(&self.body.grid.position(thin.node)),
             thin.nodes,
-            number(&TENSION)
+            number(&measured.tension),
+            measured.source()
         )
     }
 
     fn hole(&self, thin: &Thin) -> String {
-        let errors = match (thin.across, self.surface_calibration) {
-            (..=6, true) => "14 to 27 %",
-            (_, true) => "8 %",
-            (..=6, false) => "38 to 52 %",
-            (_, false) => "25 %",
-        };
+        let measured = Measured::with(self.neighbourhood.horizon());
+        // The staircase of a radius may be lucky; that of the next ones is not.
+        let radii = &measured.holes[usize::from(!self.surface_calibration)][(thin.across / 2).clamp(2, 5) - 2..];
+        let error = radii.iter().copied().fold(0.0, f64::max);
         format!(
-            "a hole or gap is {} across along {} at {}: round holes as wide opened {errors} too far under pressure (docs/bodies.md), \
+            "a hole or gap is {} across along {} at {}: round holes as wide opened {:.0} % too far under pressure ({}), \
              and bonds of {:.1} spacings pass over gaps that are narrower; use a smaller spacing",
             nodes(thin.across),
             ["x", "y", "z"][thin.axis],
             place(&self.body.grid.position(thin.node)),
+            100.0 * error,
+            measured.source(),
             self.neighbourhood.horizon()
         )
     }
