@@ -7,7 +7,7 @@
 
 /// The README's example, run as a test.
 #[cfg(doctest)]
-#[doc = include_str!("../../../README.md")]
+#[doc = include_str!("../README.md")]
 struct Readme;
 
 pub mod error;
@@ -17,5 +17,8 @@ pub mod calibration;
 pub mod operator;
 pub mod solver;
 pub mod experiment;
+pub mod prelude;
 
 pub use error::{Error, Result};
+/// Vectors and matrices of arguments and results.
+pub use nalgebra;

@@ -244,6 +244,25 @@ pub enum Schedule {
     },
 }
 
+impl Schedule {
+    /// Motion over a duration (s), undamped, at nine tenths of the stable step.
+    pub fn motion(duration: f64) -> Self {
+        Schedule::Motion {
+            duration,
+            step: None,
+            safety: 0.9,
+            damping: 0.0,
+            force_step: false,
+            from_equilibrium: false,
+        }
+    }
+
+    /// Equilibrium in so many load steps, to a relative residual of 10⁻⁸.
+    pub fn equilibrium(steps: usize) -> Self {
+        Schedule::Equilibrium { steps, tolerance: 1e-8, relaxation: false }
+    }
+}
+
 /// A plane slice of the body drawn as a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Slice {
@@ -270,6 +289,13 @@ pub struct OutputPlan {
     pub probe_every: usize,
     /// Seconds of wall time between checkpoints.
     pub checkpoint_every: f64,
+}
+
+impl Default for OutputPlan {
+    /// No files; probes at every step.
+    fn default() -> Self {
+        OutputPlan { fields: vec![], frames: 0, slices: vec![], probe_every: 1, checkpoint_every: f64::INFINITY }
+    }
 }
 
 /// Everything a run needs.
@@ -305,4 +331,53 @@ pub struct Problem {
     pub probes: Vec<Probe>,
     /// Files.
     pub output: OutputPlan,
+}
+
+impl Problem {
+    /// A body of central bonds with calibrated surfaces that nothing holds or loads yet; its fields say the rest.
+    ///
+    /// ```
+    /// use anisobond::prelude::*;
+    /// use anisobond::nalgebra::Vector3;
+    ///
+    /// let grid = Grid::new([12, 4, 4], 1e-3, Vector3::zeros(), [false; 3])?;
+    /// let bonds = Neighbourhood::sphere(3.0, 1e-3, Influence::Inverse)?;
+    /// let silicon = Material::builtin("Si").unwrap();
+    /// let region = RegionMaterial { name: "bar".into(), stiffness: silicon.stiffness, density: 2330.0, fracture: None };
+    /// let mut problem = Problem::new("pull", Body::full(grid), bonds, vec![region], Schedule::motion(1e-6));
+    /// let end: Vec<u32> = (0..192).filter(|node| node % 12 == 11).collect();
+    /// let pulls = Vector3::new(0.1, 0.0, 0.0);
+    /// problem.conditions.push(Condition::Force { force: vec![pulls; end.len()], nodes: end, history: History::Constant });
+    /// let mut run = Simulation::new(problem)?;
+    /// while !run.finished() {
+    ///     run.advance()?;
+    /// }
+    /// assert!(run.ledger().external > 0.0 && run.ledger().relative_drift() < 1e-10);
+    /// # Ok::<(), anisobond::Error>(())
+    /// ```
+    pub fn new(
+        name: impl Into<String>,
+        body: Body,
+        neighbourhood: Neighbourhood,
+        regions: Vec<RegionMaterial>,
+        schedule: Schedule,
+    ) -> Self {
+        Problem {
+            name: name.into(),
+            body,
+            neighbourhood,
+            model: Model::Central,
+            surface_calibration: true,
+            kinematics: Kinematics::Linear,
+            softening: Softening::Brittle,
+            regions,
+            conditions: vec![],
+            initial_velocity: vec![],
+            cracks: vec![],
+            unbreakable: vec![],
+            schedule,
+            probes: vec![],
+            output: OutputPlan::default(),
+        }
+    }
 }

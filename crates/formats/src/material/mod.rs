@@ -78,7 +78,7 @@ pub fn read_material(path: impl AsRef<Path>) -> Result<Material> {
 ///
 /// `class` with a matrix is a claim that is checked. `axis` (direction of e₃; for transversely isotropic, tetragonal and
 /// trigonal materials) or `orientation` ([`crate::orientation`]) turns the material. A JSON object of the Materials
-/// Project (`elastic_tensor`, in GPa) is read as a row of a [`crate::table`].
+/// Project (`elastic_tensor`, in GPa) is read as a row of a table.
 ///
 /// # Errors
 /// A syntax error (file:line:column), an unknown or repeated key, two forms or none, a number without unit, a wrong unit or
