@@ -135,9 +135,9 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// Whether the bonds reach the Cauchy part of the target, to 10⁻¹².
+    /// Whether the bonds reach the Cauchy part of the target, to 10⁻¹², with the least norm.
     pub fn feasible(&self) -> bool {
-        self.infeasibility.is_none() && self.residual <= REACHED
+        self.infeasibility.is_none() && self.converged
     }
 
     /// What came of it.

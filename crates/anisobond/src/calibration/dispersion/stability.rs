@@ -8,7 +8,7 @@ use super::bound::{Energy, Found};
 use super::{Beyond, Dispersion};
 
 /// Evaluations of D for a proof at most.
-const THOROUGH: usize = 100_000;
+const THOROUGH: usize = 200_000;
 
 /// Evaluations after which what is still open is looked at for weaker waves.
 const FIRST: usize = 4_000;
@@ -99,7 +99,7 @@ impl Dispersion {
     /// faces, edges and corners are met), the lines from its centre to the 13 face, edge and corner points (12 points
     /// each), 60 directions of long waves (|k|Δ = 0.05), a search around the four weakest by halved steps and a
     /// quasi-Newton descent from the two weakest ends; then a proof that no wave is weaker than a tenth of that: at once where
-    /// the bonds to the nearest 18 neighbours are positive and Z ⪰ 0, else by branch and bound with 100 000 evaluations of
+    /// the bonds to the nearest 18 neighbours are positive and Z ⪰ 0, else by branch and bound with 200 000 evaluations of
     /// D at most. A weaker wave that the proof meets is followed.
     pub fn stability(&self) -> Stability {
         self.stability_within(THOROUGH)
