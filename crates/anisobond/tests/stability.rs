@@ -188,6 +188,26 @@ fn a_weak_wave_between_the_samples_is_found() {
     let taken = calibrator.calibrate(&c).unwrap();
     assert!(taken.form == HybridForm::Stable && taken.stability.stable && taken.relative_error < 1e-12);
     assert_eq!(taken.stability.evidence, Evidence::Proved);
+    let row = HybridCalibrator::new(&grid).unwrap().without_proof().calibrate(&c).unwrap();
+    assert_eq!(row.bonds.micromodulus, taken.bonds.micromodulus);
+}
+
+/// Rows of tables, of which stability is not asked to be proved, take the bonds that a single material takes.
+#[test]
+fn the_form_does_not_depend_on_the_proof() {
+    let mut random = Random(11);
+    let mut forms = [0; 2];
+    for _ in 0..12 {
+        let grid = odd_grid(&mut random);
+        let c = random.stiffness();
+        let single = HybridCalibrator::new(&grid).unwrap().calibrate(&c).unwrap();
+        let row = HybridCalibrator::new(&grid).unwrap().without_proof().calibrate(&c).unwrap();
+        assert!(single.form == row.form && single.bonds.micromodulus == row.bonds.micromodulus);
+        assert_eq!(single.nodal.mandel(), row.nodal.mandel());
+        assert_eq!(single.stability, row.stability);
+        forms[usize::from(single.form == HybridForm::Stable)] += 1;
+    }
+    assert!(forms[0] > 0 && forms[1] > 0, "{forms:?}");
 }
 
 /// The stable form: Z ⪰ 0 to a few units of rounding, the sum exact, stability proved by signs alone.
