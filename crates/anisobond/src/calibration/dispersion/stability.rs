@@ -7,8 +7,8 @@ use super::bond_sums::BondSums;
 use super::bound::{Energy, Found};
 use super::{Beyond, Dispersion};
 
-/// Evaluations of D for a proof at most.
-const THOROUGH: usize = 200_000;
+/// Evaluations of D for a proof at most, times half the bonds: what they cost. 200 000 at a horizon of about 3.
+const THOROUGH: usize = 10_000_000;
 
 /// Evaluations after which what is still open is looked at for weaker waves.
 const FIRST: usize = 4_000;
@@ -99,15 +99,15 @@ impl Dispersion {
     /// faces, edges and corners are met), the lines from its centre to the 13 face, edge and corner points (12 points
     /// each), 60 directions of long waves (|k|Δ = 0.05), a search around the four weakest by halved steps and a
     /// quasi-Newton descent from the two weakest ends; then a proof that no wave is weaker than a tenth of that: at once where
-    /// the bonds to the nearest 18 neighbours are positive and Z ⪰ 0, else by branch and bound with 200 000 evaluations of
-    /// D at most. A weaker wave that the proof meets is followed.
+    /// the bonds to the nearest 18 neighbours are positive and Z ⪰ 0, else by branch and bound with as many evaluations of
+    /// D at most as sum 10⁷ bonds. A weaker wave that the proof meets is followed.
     pub fn stability(&self) -> Stability {
-        self.stability_within(THOROUGH)
+        self.stability_of(true)
     }
 
     /// As [`Self::stability`], or without the branch and bound: what the signs do not prove is then sampled.
     pub(in crate::calibration) fn stability_of(&self, proves: bool) -> Stability {
-        self.stability_within(if proves { THOROUGH } else { 0 })
+        self.stability_within(if proves { THOROUGH / self.bonds.offsets().len().max(1) } else { 0 })
     }
 
     /// As [`Self::stability`], with another number of evaluations for the proof at most.
