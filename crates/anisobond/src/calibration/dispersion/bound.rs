@@ -23,7 +23,7 @@ use super::{christoffel, eigenvalue, upper};
 use crate::tensor::PAIRS;
 
 /// Corners that are summed side by side: the new ones of a halved box.
-const LANES: usize = 4;
+pub(super) const LANES: usize = 4;
 
 /// Parts of every edge of a pyramid's base, and of t from the first box outwards, to begin with.
 const BASE_PARTS: usize = 2;
@@ -34,13 +34,13 @@ const STARTS: usize = 8;
 const APART: f64 = 0.2;
 
 /// Rounding of a corner's matrix, relative to the norms of what was summed.
-const ROUNDING: f64 = 1e-14;
+pub(super) const ROUNDING: f64 = 1e-14;
 
 /// A symmetric matrix: 11 22 33 23 13 12.
-type Symmetric = [f64; 6];
+pub(super) type Symmetric = [f64; 6];
 
 /// A quadratic form in a vector whose values are symmetric matrices; rows in the same order, off-diagonal ones doubled.
-type Form = [Symmetric; 6];
+pub(super) type Form = [Symmetric; 6];
 
 /// What the bound is of: the energy of bonds and of a nodal term. Half the bonds; w and Z in Pa, v without unit.
 pub struct Energy<'a> {
@@ -282,7 +282,9 @@ impl Search<'_> {
             }
             if self.evaluations >= most {
                 waiting.push_front(piece);
-                return Found::Undecided(weakest_of(&waiting));
+                return Found::Undecided(weakest_of(
+                    waiting.iter().flat_map(|piece| &piece.corners).map(|c| (c.d, c.laplacian, c.theta)),
+                ));
             }
             waiting.extend(self.halves(piece, &open));
         }
@@ -360,11 +362,11 @@ impl Search<'_> {
     }
 }
 
-/// The weakest corners of what is open, apart from each other.
-fn weakest_of(open: &VecDeque<Piece>) -> Vec<Vector3<f64>> {
-    let corners = open.iter().flat_map(|piece| &piece.corners).filter(|c| c.theta.norm_squared() > 0.0);
+/// The weakest of the corners of what is open, apart from each other: D, the Laplacian and θ of each.
+pub(super) fn weakest_of(open: impl Iterator<Item = (Symmetric, f64, Vector3<f64>)>) -> Vec<Vector3<f64>> {
+    let away = open.filter(|(_, _, theta)| theta.norm_squared() > 0.0);
     let mut values: Vec<(f64, Vector3<f64>)> =
-        corners.map(|c| (eigenvalue(&matrix(&c.d)) / c.laplacian, c.theta)).collect();
+        away.map(|(d, laplacian, theta)| (eigenvalue(&matrix(&d)) / laplacian, theta)).collect();
     values.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut out: Vec<Vector3<f64>> = Vec::new();
     for (_, theta) in values {
@@ -429,12 +431,12 @@ impl Piece {
 }
 
 /// The axes of a face.
-fn axes(face: usize) -> [usize; 2] {
+pub(super) fn axes(face: usize) -> [usize; 2] {
     [(face + 1) % 3, (face + 2) % 3]
 }
 
 /// s of a corner of a part of a face.
-fn place(face: usize, low: &[f64; 2], high: &[f64; 2], c: usize) -> Vector3<f64> {
+pub(super) fn place(face: usize, low: &[f64; 2], high: &[f64; 2], c: usize) -> Vector3<f64> {
     let mut s = Vector3::ith(face, 1.0);
     for (k, axis) in axes(face).into_iter().enumerate() {
         s[axis] = if c >> k & 1 == 0 { low[k] } else { high[k] };
@@ -443,7 +445,7 @@ fn place(face: usize, low: &[f64; 2], high: &[f64; 2], c: usize) -> Vector3<f64>
 }
 
 /// Christoffel's tensor of Z as a form: its values at unit vectors, and what pairs of them add.
-fn form_of(z: &Matrix6<f64>) -> Form {
+pub(super) fn form_of(z: &Matrix6<f64>) -> Form {
     let unit = |a: usize| christoffel(z, &Vector3::ith(a, 1.0));
     PAIRS.map(|(i, j)| match i == j {
         true => upper(&unit(i)),
@@ -452,7 +454,7 @@ fn form_of(z: &Matrix6<f64>) -> Form {
 }
 
 #[inline]
-fn at(form: &Form, s: &Vector3<f64>) -> Symmetric {
+pub(super) fn at(form: &Form, s: &Vector3<f64>) -> Symmetric {
     let mut sum = Symmetric::default();
     for (row, (i, j)) in form.iter().zip(PAIRS) {
         add(&mut sum, s[i] * s[j], row);
@@ -486,14 +488,14 @@ fn positive_part(m: &Symmetric) -> Symmetric {
 }
 
 #[inline]
-fn add(sum: &mut Symmetric, factor: f64, m: &Symmetric) {
+pub(super) fn add(sum: &mut Symmetric, factor: f64, m: &Symmetric) {
     for (sum, x) in sum.iter_mut().zip(m) {
         *sum += factor * x;
     }
 }
 
 #[inline]
-fn times(factor: f64, m: &Symmetric) -> Symmetric {
+pub(super) fn times(factor: f64, m: &Symmetric) -> Symmetric {
     let mut out = Symmetric::default();
     add(&mut out, factor, m);
     out
@@ -501,26 +503,26 @@ fn times(factor: f64, m: &Symmetric) -> Symmetric {
 
 /// m + x 1.
 #[inline]
-fn more(m: &Symmetric, x: f64) -> Symmetric {
+pub(super) fn more(m: &Symmetric, x: f64) -> Symmetric {
     let [xx, yy, zz, yz, xz, xy] = *m;
     [xx + x, yy + x, zz + x, yz, xz, xy]
 }
 
 /// m − x 1.
 #[inline]
-fn less(m: &Symmetric, x: f64) -> Symmetric {
+pub(super) fn less(m: &Symmetric, x: f64) -> Symmetric {
     more(m, -x)
 }
 
 #[inline]
-fn matrix(m: &Symmetric) -> Matrix3<f64> {
+pub(super) fn matrix(m: &Symmetric) -> Matrix3<f64> {
     let [xx, yy, zz, yz, xz, xy] = *m;
     Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
 }
 
 /// Whether Gauss's elimination meets positive pivots only.
 #[inline]
-fn is_positive(m: &Symmetric) -> bool {
+pub(super) fn is_positive(m: &Symmetric) -> bool {
     let [xx, yy, zz, yz, xz, xy] = *m;
     if xx.is_nan() || xx <= 0.0 {
         return false;
@@ -531,7 +533,7 @@ fn is_positive(m: &Symmetric) -> bool {
 }
 
 /// Smallest eigenvalue and its direction, to half the digits.
-fn softest(m: &Symmetric) -> (f64, Vector3<f64>) {
+pub(super) fn softest(m: &Symmetric) -> (f64, Vector3<f64>) {
     let a = matrix(m);
     let value = eigenvalue(&a);
     let b = a - Matrix3::from_diagonal_element(value);
