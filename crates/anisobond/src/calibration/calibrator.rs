@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::dual_newton::{self, DualOutcome};
 use super::least_norm::least_norm;
 use super::nnls;
+use super::proximal_newton;
 use super::rays::{Coordinates, PerRay, Rays, at, set};
 use crate::lattice::Neighbourhood;
 use crate::tensor::{MONOMIALS, Quartic, Stiffness, cauchy_coordinates, quartic_of, quartic_weights, tensor_of};
@@ -135,9 +136,9 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// Whether the bonds reach the Cauchy part of the target, to 10⁻¹².
+    /// Whether the bonds reach the Cauchy part of the target, to 10⁻¹², with the least norm.
     pub fn feasible(&self) -> bool {
-        self.infeasibility.is_none() && self.residual <= REACHED
+        self.infeasibility.is_none() && self.converged
     }
 
     /// What came of it.
@@ -452,7 +453,8 @@ struct Solution {
 }
 
 /// The least norm for a target that is known to have a solution, given by its coefficients on some rays: by Newton's
-/// method on the dual, and where that loses its digits, by descent on the bonds. Whether it is the least.
+/// method on the dual, where that has no end, by proximal points of the dual, and where rounding keeps these from the tensor,
+/// by descent on the bonds. Whether it is the least.
 pub(super) fn least_norm_from<const D: usize>(
     rays: &Rays<D>,
     target: &Coordinates<D>,
@@ -463,8 +465,13 @@ pub(super) fn least_norm_from<const D: usize>(
     if newton.residual <= REACHED {
         return (newton, true);
     }
+    let mut proximal = proximal_newton::maximise(rays, target, bound);
+    proximal.iterations += newton.iterations;
+    if proximal.residual <= REACHED {
+        return (proximal, true);
+    }
     let found = least_norm(rays, target, bound, start);
-    let iterations = newton.iterations + found.iterations;
+    let iterations = proximal.iterations + found.iterations;
     (DualOutcome { y: found.y, c: found.c, iterations, residual: found.residual }, found.least)
 }
 

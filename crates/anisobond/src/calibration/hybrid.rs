@@ -74,9 +74,9 @@ pub struct HybridCalibration {
 const EXACT: f64 = 1e-10;
 
 impl HybridCalibration {
-    /// Whether bonds and nodal term together reach the target, to 10⁻¹⁰.
+    /// Whether bonds and nodal term together reach the target, to 10⁻¹⁰, and the bonds' solver converged.
     pub fn feasible(&self) -> bool {
-        self.relative_error <= EXACT
+        self.bonds.converged && self.relative_error <= EXACT
     }
 
     /// What came of it: not converged where the bonds' solver was not.
@@ -130,7 +130,7 @@ impl<'a> HybridCalibrator<'a> {
     }
 
     /// Leave the stability of waves to the search, which is several to tens of times faster, where the signs of the bonds and of Z
-    /// do not prove it.
+    /// do not prove it: of a form that was asked for. Which form is taken by default must not depend on this, and is proved.
     #[must_use]
     pub fn without_proof(mut self) -> Self {
         self.proves = false;
@@ -154,7 +154,7 @@ impl<'a> HybridCalibrator<'a> {
     /// # Errors
     /// A tensor that is not positive definite.
     pub fn calibrate(&self, target: &Stiffness) -> Result<HybridCalibration> {
-        let remainder = self.calibrate_as(target, HybridForm::Remainder)?;
+        let remainder = self.calibrate_proving(target, HybridForm::Remainder, true)?;
         if remainder.stability.stable || !self.resists_all_strains() {
             return Ok(remainder);
         }
@@ -167,12 +167,17 @@ impl<'a> HybridCalibrator<'a> {
     /// A tensor that is not positive definite; for the form `stable`, a neighbourhood whose bonds leave a uniform
     /// strain without energy (horizon below √2).
     pub fn calibrate_as(&self, target: &Stiffness, form: HybridForm) -> Result<HybridCalibration> {
+        self.calibrate_proving(target, form, self.proves)
+    }
+
+    /// The same, stability proved or left to the search.
+    fn calibrate_proving(&self, target: &Stiffness, form: HybridForm, proves: bool) -> Result<HybridCalibration> {
         target.require_positive_definite()?;
         let (bonds, evidence) = match form {
             HybridForm::Remainder => (self.calibrator.calibrate(target, LowerBound::Value(0.0))?, None),
             HybridForm::Stable => self.stable_bonds(target)?,
         };
-        self.with_nodal_term(target, form, bonds, evidence)
+        self.with_nodal_term(target, form, bonds, evidence, proves)
     }
 
     /// The floor l of the stable form (N/m⁶): 1 % of the largest t with t X1 ⪯ C, the uniform bonds that C carries.
@@ -214,6 +219,7 @@ impl<'a> HybridCalibrator<'a> {
         form: HybridForm,
         bonds: Calibration,
         least_trace: Option<TraceEvidence>,
+        proves: bool,
     ) -> Result<HybridCalibration> {
         let gap = target.mandel() - bonds.reached.mandel();
         let nodal = if gap.norm() <= REACHED * target.norm() { Matrix6::zeros() } else { gap };
@@ -232,7 +238,7 @@ impl<'a> HybridCalibrator<'a> {
             nodal,
             relative_error: target.relative_error(&reached),
             reached,
-            stability: dispersion.stability_of(self.proves),
+            stability: dispersion.stability_of(proves),
             long_waves: dispersion.long_waves(target),
             bonds,
             least_trace,

@@ -158,9 +158,9 @@ pub struct MicropolarCalibration {
 }
 
 impl MicropolarCalibration {
-    /// Whether the bonds reach the target, to 10⁻¹² of the aim.
+    /// Whether the bonds reach the target, to 10⁻¹² of the aim, with the least norm.
     pub fn feasible(&self) -> bool {
-        self.infeasibility.is_none() && self.residual <= REACHED
+        self.infeasibility.is_none() && self.converged
     }
 
     /// What came of it.

@@ -36,6 +36,7 @@ mod model;
 pub mod naive;
 mod nearest_relaxed;
 mod nnls;
+mod proximal_newton;
 mod rays;
 mod sphere_rule;
 mod strain_average;

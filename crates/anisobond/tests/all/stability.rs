@@ -68,46 +68,71 @@ fn odd_grid(random: &mut Random) -> Neighbourhood {
     Neighbourhood::sphere(horizon, 1.0, influence).unwrap()
 }
 
-/// Random hybrid tensors at odd horizons and influences; what was found under each word.
-fn random_hybrids(count: usize, seed: u64, waves: usize, descents: usize) -> [usize; 3] {
-    let mut random = Random(seed);
-    let [mut proved, mut sampled, mut unstable] = [0; 3];
-    for i in 0..count {
-        let grid = odd_grid(&mut random);
-        let c = random.stiffness();
-        let calibrator = HybridCalibrator::new(&grid).unwrap();
-        let r: HybridCalibration = calibrator.calibrate_as(&c, HybridForm::Remainder).unwrap();
-        let dispersion = Dispersion::new(&grid, &r.bonds.micromodulus, &r.nodal).unwrap();
-        let s = r.stability;
-        let shown = modulus(&grid, &dispersion, &Vector3::from(s.phases));
-        assert!((shown - s.smallest_eigenvalue).abs() <= 1e-9 * c.norm(), "{i}: {shown:e} {s:?}");
-        if !s.stable {
-            assert!(s.evidence == Evidence::Proved && s.bound.is_none(), "{i}: {s:?}");
-            unstable += 1;
-            continue;
-        }
-        match s.evidence {
-            Evidence::Proved => proved += 1,
-            Evidence::Sampled => sampled += 1,
-        }
-        let found = finer_search(&grid, &dispersion, &mut random, waves, descents);
-        assert!(found > s.bound.unwrap_or(0.0), "{i}: {found:e} of {:e}, {s:?}", c.norm());
+/// What was found of some tensors under each word.
+#[derive(Default)]
+struct Words {
+    proved: usize,
+    sampled: usize,
+    unstable: usize,
+}
+
+/// A random hybrid tensor at an odd horizon and influence: no finer search contradicts the word.
+fn judge_random_hybrid(seed: u64, waves: usize, descents: usize, words: &mut Words) {
+    let mut random = Random(seed.wrapping_mul(0x9e3779b97f4a7c15));
+    let grid = odd_grid(&mut random);
+    let c = random.stiffness();
+    let calibrator = HybridCalibrator::new(&grid).unwrap();
+    let r: HybridCalibration = calibrator.calibrate_as(&c, HybridForm::Remainder).unwrap();
+    let dispersion = Dispersion::new(&grid, &r.bonds.micromodulus, &r.nodal).unwrap();
+    let s = r.stability;
+    let shown = modulus(&grid, &dispersion, &Vector3::from(s.phases));
+    assert!((shown - s.smallest_eigenvalue).abs() <= 1e-9 * c.norm(), "{seed}: {shown:e} {s:?}");
+    if !s.stable {
+        assert!(s.evidence == Evidence::Proved && s.bound.is_none(), "{seed}: {s:?}");
+        words.unstable += 1;
+        return;
     }
-    [proved, sampled, unstable]
+    match s.evidence {
+        Evidence::Proved => words.proved += 1,
+        Evidence::Sampled => words.sampled += 1,
+    }
+    assert!(s.bound.is_some() == (s.evidence == Evidence::Proved), "{seed}: {s:?}");
+    let found = finer_search(&grid, &dispersion, &mut random, waves, descents);
+    assert!(found > s.bound.unwrap_or(0.0), "{seed}: {found:e} of {:e}, {s:?}", c.norm());
+}
+
+/// Many of them, on all cores.
+fn random_hybrids(count: u64, waves: usize, descents: usize) -> Words {
+    let threads = std::thread::available_parallelism().map_or(1, |n| n.get() as u64);
+    std::thread::scope(|scope| {
+        let some = |first: u64| {
+            let mut words = Words::default();
+            (first..count)
+                .step_by(threads as usize)
+                .for_each(|i| judge_random_hybrid(i + 1, waves, descents, &mut words));
+            words
+        };
+        let workers: Vec<_> = (0..threads).map(|first| scope.spawn(move || some(first))).collect();
+        workers.into_iter().map(|worker| worker.join().unwrap()).fold(Words::default(), |sum, w| Words {
+            proved: sum.proved + w.proved,
+            sampled: sum.sampled + w.sampled,
+            unstable: sum.unstable + w.unstable,
+        })
+    })
 }
 
 #[test]
 fn no_finer_search_contradicts_the_word() {
-    let [proved, sampled, unstable] = random_hybrids(16, 5, 300, 4);
+    let Words { proved, sampled, unstable } = random_hybrids(16, 300, 4);
     println!("{proved} proved, {sampled} sampled, {unstable} not stable");
-    assert!(proved >= 8 && unstable > 0, "{proved} proved, {sampled} sampled, {unstable} not stable");
+    assert!(sampled <= 1 && proved >= 6 && unstable > 0, "{proved} proved, {sampled} sampled, {unstable} not stable");
 }
 
-/// `cargo test --release -p anisobond --test stability -- --ignored --nocapture`.
+/// `cargo test --release -p anisobond --test stability -- --ignored --nocapture`: about five minutes on two cores.
 #[test]
 #[ignore = "minutes: run in release"]
 fn no_finer_search_contradicts_the_word_for_five_thousand_tensors() {
-    let [proved, sampled, unstable] = random_hybrids(5000, 17, 1500, 12);
+    let Words { proved, sampled, unstable } = random_hybrids(5000, 1500, 12);
     println!("5000 random tensors: {proved} proved, {sampled} sampled, {unstable} not stable");
     assert!(sampled * 20 < proved, "{sampled} of {proved}");
 }
@@ -163,6 +188,26 @@ fn a_weak_wave_between_the_samples_is_found() {
     let taken = calibrator.calibrate(&c).unwrap();
     assert!(taken.form == HybridForm::Stable && taken.stability.stable && taken.relative_error < 1e-12);
     assert_eq!(taken.stability.evidence, Evidence::Proved);
+    let row = HybridCalibrator::new(&grid).unwrap().without_proof().calibrate(&c).unwrap();
+    assert_eq!(row.bonds.micromodulus, taken.bonds.micromodulus);
+}
+
+/// Rows of tables, of which stability is not asked to be proved, take the bonds that a single material takes.
+#[test]
+fn the_form_does_not_depend_on_the_proof() {
+    let mut random = Random(11);
+    let mut forms = [0; 2];
+    for _ in 0..12 {
+        let grid = odd_grid(&mut random);
+        let c = random.stiffness();
+        let single = HybridCalibrator::new(&grid).unwrap().calibrate(&c).unwrap();
+        let row = HybridCalibrator::new(&grid).unwrap().without_proof().calibrate(&c).unwrap();
+        assert!(single.form == row.form && single.bonds.micromodulus == row.bonds.micromodulus);
+        assert_eq!(single.nodal.mandel(), row.nodal.mandel());
+        assert_eq!(single.stability, row.stability);
+        forms[usize::from(single.form == HybridForm::Stable)] += 1;
+    }
+    assert!(forms[0] > 0 && forms[1] > 0, "{forms:?}");
 }
 
 /// The stable form: Z ⪰ 0 to a few units of rounding, the sum exact, stability proved by signs alone.

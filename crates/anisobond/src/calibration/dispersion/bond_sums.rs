@@ -15,7 +15,7 @@ pub struct BondSums {
 }
 
 /// A complex number (cos, sin) in every lane.
-type Turn<const L: usize> = ([f64; L], [f64; L]);
+pub type Turn<const L: usize> = ([f64; L], [f64; L]);
 
 impl BondSums {
     /// Offsets of half the bonds and the weight of their even sum (symmetric matrix, 11 22 33 23 13 12).
@@ -92,7 +92,7 @@ impl BondSums {
 
     /// Call with every bond's number, exp(iφ/2) of its second and third offsets, and of its first.
     #[inline(always)]
-    fn each<const L: usize>(&self, powers: &HalfPhases<L>, mut f: impl FnMut(usize, &Turn<L>, &Turn<L>)) {
+    pub fn each<const L: usize>(&self, powers: &HalfPhases<L>, mut f: impl FnMut(usize, &Turn<L>, &Turn<L>)) {
         let mut row = ([1.0; L], [0.0; L]);
         let mut of = None;
         for (bond, &[i, j, k]) in self.offsets.iter().enumerate() {

@@ -2,6 +2,7 @@
 
 mod bond_sums;
 mod bound;
+mod edge_bound;
 mod stability;
 mod zone;
 

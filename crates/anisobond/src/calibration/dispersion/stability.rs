@@ -5,10 +5,11 @@ use serde::{Deserialize, Serialize};
 
 use super::bond_sums::BondSums;
 use super::bound::{Energy, Found};
+use super::edge_bound::FarEnergy;
 use super::{Beyond, Dispersion};
 
-/// Evaluations of D for a proof at most.
-const THOROUGH: usize = 100_000;
+/// Evaluations of D for a proof at most: of bonds that reach no farther than [`SHORT`], and of others.
+const THOROUGH: [usize; 2] = [200_000, 100_000];
 
 /// Evaluations after which what is still open is looked at for weaker waves.
 const FIRST: usize = 4_000;
@@ -20,7 +21,7 @@ const PROVED: f64 = 0.1;
 /// zone's corners; proved by [`Energy::is_above`] in a test.
 const NEAREST: f64 = 0.33;
 
-/// Reach (spacings) of the bonds that are tried alone first.
+/// Reach (spacings) of the bonds that are tried alone first, and of those with a nodal term that are bounded box by box.
 const SHORT: usize = 3;
 
 /// The weakest wave of a grid.
@@ -99,15 +100,16 @@ impl Dispersion {
     /// faces, edges and corners are met), the lines from its centre to the 13 face, edge and corner points (12 points
     /// each), 60 directions of long waves (|k|Δ = 0.05), a search around the four weakest by halved steps and a
     /// quasi-Newton descent from the two weakest ends; then a proof that no wave is weaker than a tenth of that: at once where
-    /// the bonds to the nearest 18 neighbours are positive and Z ⪰ 0, else by branch and bound with 100 000 evaluations of
-    /// D at most. A weaker wave that the proof meets is followed.
+    /// the bonds to the nearest 18 neighbours are positive and Z ⪰ 0, else by branch and bound with 200 000 evaluations of
+    /// D at most (100 000 of bonds that reach far). A weaker wave that the proof meets is followed.
     pub fn stability(&self) -> Stability {
-        self.stability_within(THOROUGH)
+        self.stability_of(true)
     }
 
     /// As [`Self::stability`], or without the branch and bound: what the signs do not prove is then sampled.
     pub(in crate::calibration) fn stability_of(&self, proves: bool) -> Stability {
-        self.stability_within(if proves { THOROUGH } else { 0 })
+        let most = THOROUGH[usize::from(self.bonds.reach() > SHORT)];
+        self.stability_within(if proves { most } else { 0 })
     }
 
     /// As [`Self::stability`], with another number of evaluations for the proof at most.
@@ -190,6 +192,9 @@ impl Dispersion {
             }
             Beyond::Rotations { normal: None, .. } => return (Found::Undecided(Vec::new()), 0),
         };
+        if let Some((term, gradients)) = nodal.filter(|_| bonds.reach() > SHORT) {
+            return FarEnergy::new(bonds, self.spacing).with_nodal(term, gradients).is_above(m, most);
+        }
         if let Some((term, gradients)) = nodal {
             return Energy::new(bonds, self.spacing).with_nodal(term, gradients).is_above(m, most);
         }
