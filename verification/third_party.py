@@ -42,7 +42,7 @@ for package in crates:
 with open(root / "THIRD-PARTY.md", "w", encoding="utf-8") as out:
     out.write("# Third-party notices\n\nWritten by `verification/third_party.py`. The program is linked with these crates, or built with them; ")
     out.write("of a choice of licences MIT is taken\nwhere it is one. The text of the Apache licence is in [LICENSE-APACHE](LICENSE-APACHE).\n\n")
-    out.write("Pictures embed the DejaVu font ([its licence](crates/anisobond/LICENSE-DejaVu.txt)); the colour map is viridis (CC0).\n\n")
+    out.write("Pictures embed the DejaVu font ([its licence](crates/plot/LICENSE-DejaVu.txt)); the colour map is viridis (CC0).\n\n")
     out.write("| crate | version | licence |\n|---|---|---|\n")
     for package in crates:
         out.write(f"| {package['name']} | {package['version']} | {package['license']} |\n")

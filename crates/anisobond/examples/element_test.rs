@@ -4,6 +4,7 @@ use anisobond::calibration::EllipticFit;
 use anisobond::nalgebra::Vector3;
 use anisobond::prelude::*;
 
+/// Prints what the head of this file says.
 pub fn main() -> Result<()> {
     // Cross-anisotropic rock, layers across z.
     let rock = TransverseConstants { c11: 130e6, c33: 55e6, c13: 28e6, c12: 40e6 };

@@ -7,6 +7,7 @@ use anisobond::prelude::*;
 const NODES: [usize; 3] = [60, 4, 4];
 const SPACING: f64 = 1e-3;
 
+/// Prints what the head of this file says.
 pub fn main() -> Result<()> {
     let grid = Grid::new(NODES, SPACING, Vector3::zeros(), [false; 3])?;
     let place = |node: u32| grid.coordinates(node as usize)[0];
@@ -20,7 +21,11 @@ pub fn main() -> Result<()> {
     let bonds = Neighbourhood::sphere(3.0, SPACING, Influence::Inverse)?;
     let mut problem = Problem::new("bar", Body::full(grid.clone()), bonds, vec![region], Schedule::motion(12e-6));
     let pull = Vector3::new(-1.0, 0.0, 0.0);
-    problem.conditions.push(Condition::Force { force: vec![pull; first.len()], nodes: first, history: History::Constant });
+    problem.conditions.push(Condition::Force {
+        force: vec![pull; first.len()],
+        nodes: first,
+        history: History::Constant,
+    });
     let probe = Probe { name: "end".into(), quantity: Quantity::Displacement, nodes: last };
 
     let mut run = Simulation::new(problem)?;

@@ -10,7 +10,9 @@
 //! # Ok::<(), Error>(())
 //! ```
 
-pub use crate::calibration::{Calibration, Calibrator, LatticeStiffness, LowerBound, Model, ModelCalibrator, TransverseConstants};
+pub use crate::calibration::{
+    Calibration, Calibrator, LatticeStiffness, LowerBound, Model, ModelCalibrator, TransverseConstants,
+};
 pub use crate::experiment::element_test::ElementTest;
 pub use crate::experiment::{
     Condition, Crack, FieldName, FractureEnergy, History, Probe, Problem, Quantity, RegionMaterial, RunCost, Schedule,

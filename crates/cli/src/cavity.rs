@@ -8,8 +8,8 @@ use anisobond_app::{CaseFile, LatticeKind};
 use nalgebra::Vector3;
 
 /// The shipped cases.
-const STATIC: &str = include_str!("../../../cases/cavity.toml");
-const WAVES: &str = include_str!("../../../cases/cavity-waves.toml");
+const STATIC: &str = include_str!("../cases/cavity.toml");
+const WAVES: &str = include_str!("../cases/cavity-waves.toml");
 
 /// Of both cases: the hole (m, Pa), and where arrivals are taken (m).
 const RADIUS: f64 = 0.3;

@@ -247,14 +247,7 @@ pub enum Schedule {
 impl Schedule {
     /// Motion over a duration (s), undamped, at nine tenths of the stable step.
     pub fn motion(duration: f64) -> Self {
-        Schedule::Motion {
-            duration,
-            step: None,
-            safety: 0.9,
-            damping: 0.0,
-            force_step: false,
-            from_equilibrium: false,
-        }
+        Schedule::Motion { duration, step: None, safety: 0.9, damping: 0.0, force_step: false, from_equilibrium: false }
     }
 
     /// Equilibrium in so many load steps, to a relative residual of 10⁻⁸.

@@ -9,6 +9,7 @@ mod conventions;
 mod corrected;
 mod element_test;
 mod equilibrium;
+mod examples;
 mod fracture;
 mod grid_cells;
 mod grid_kernels;

@@ -70,7 +70,7 @@ pub struct Calibrate {
     #[arg(long, value_name = "X|max", allow_hyphen_values = true)]
     pub lower_bound: Option<String>,
     /// Prove the stability of every row of a table over the whole Brillouin zone, as that of a single material is;
-    /// without it rows whose bonds' signs are not proof enough say `sampled`
+    /// without it rows whose bonds' signs are not proof enough say `sampled` (model hybrid proves where it chooses its form)
     #[arg(long)]
     pub prove: bool,
     /// Exit with code 3 unless the model promises the target to this relative error
