@@ -20,7 +20,7 @@ pub(super) fn is_record(node: &Node) -> bool {
 ///
 /// # Errors
 /// As of a material file; a tensor beside another form, or two tensors that differ.
-pub(super) fn material_of_record(node: &Node, unit: Option<&StressUnit>) -> Result<Material> {
+pub(crate) fn material_of_record(node: &Node, unit: Option<&StressUnit>) -> Result<Material> {
     let habits = Habits {
         unit: Some(unit.cloned().unwrap_or_else(StressUnit::giga_pascal)),
         density: Some(GRAM_PER_CUBIC_CENTIMETRE),
@@ -72,7 +72,7 @@ fn refuse_others(node: &Node, tensor: &Entry) -> Result<()> {
 }
 
 /// What to call a record among others; `None` if it says nothing.
-pub(super) fn id_of(node: &Node) -> Option<String> {
+pub(crate) fn id_of(node: &Node) -> Option<String> {
     first_word(node, &["material_id", "id", "name", "formula_pretty", "formula"])
 }
 
