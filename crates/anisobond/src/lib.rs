@@ -18,4 +18,4 @@ pub mod operator;
 pub mod solver;
 pub mod experiment;
 
-pub use error::{Error, Result};
+pub use error::{Error, ErrorKind, Result};

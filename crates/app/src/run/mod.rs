@@ -356,19 +356,17 @@ impl<S: Subject> Run<S> {
     }
 
     /// A failure in flight, with what is kept. What an equilibrium that is not found comes after is kept too.
-    fn failed(&mut self, error: Error) -> Error {
+    fn failed(&mut self, mut error: Error) -> Error {
         if !self.simulation.is_motion() && self.simulation.step() > 0 && self.checkpoint().is_err() {
             return error;
         }
         let place = format!("{}, step {}", self.simulation.name(), self.simulation.step());
-        match error {
-            Error::Input { place: inner, problem, remedy } if self.checkpoints.exist() => Error::Input {
-                place: if inner.is_empty() { place } else { format!("{place}, {inner}") },
-                problem,
-                remedy: format!("{remedy}; the last good checkpoint is kept in {}", self.folder.display()),
-            },
-            other => other.at(place),
+        if let Error::Failure { remedy, .. } = &mut error
+            && self.checkpoints.exist()
+        {
+            *remedy += &format!("; the last good checkpoint is kept in {}", self.folder.display());
         }
+        error.at(place)
     }
 
     /// The error of a run that was stopped, its last whole step kept.

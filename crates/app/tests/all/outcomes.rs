@@ -108,7 +108,7 @@ displacement = ["0.04 mm", 0, 0]
 #[test]
 fn a_body_that_was_never_held_is_refused() {
     let push = "[[condition]]\non = \"x-max\"\ntraction = [\"1 MPa\", 0, 0]\n";
-    let Err(Error::Input { problem, remedy, .. }) = Simulation::new(pulled(push, 2)).map(|_| ()) else { panic!() };
+    let Err(Error::Failure { problem, remedy, .. }) = Simulation::new(pulled(push, 2)).map(|_| ()) else { panic!() };
     assert!(problem.contains("nothing holds") && remedy.contains("prescribe"), "{problem}; {remedy}");
 }
 

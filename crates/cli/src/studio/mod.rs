@@ -270,7 +270,7 @@ impl Studio {
 
 /// Whether a folder was refused for the results that it holds.
 fn holds_others(error: &Error) -> bool {
-    matches!(error, Error::Input { remedy, .. } if remedy == REPLACE)
+    matches!(error, Error::Failure { remedy, .. } if remedy == REPLACE)
 }
 
 /// A folder's name of letters, digits and dashes.
