@@ -24,7 +24,7 @@ const WATCH: Duration = Duration::from_millis(50);
 
 /// A library error as the exception of its kind, with the text of the command line.
 pub fn raised(error: anisobond::Error) -> PyErr {
-    let text = error.to_string();
+    let (text, kind) = (error.to_string(), error.kind().name());
     match error {
         anisobond::Error::File { path, source, .. } => {
             let missing = source.kind() == std::io::ErrorKind::NotFound;
@@ -32,7 +32,7 @@ pub fn raised(error: anisobond::Error) -> PyErr {
             if missing { exceptions::MissingFileError::new_err(about) } else { exceptions::FileError::new_err(about) }
         }
         anisobond::Error::Interrupted { .. } => exceptions::Interrupted::new_err(text),
-        _ => exceptions::Error::new_err(text),
+        _ => exceptions::Error::new_err((text, kind)),
     }
 }
 

@@ -218,7 +218,7 @@ impl Studio {
     fn calibrate(&self, question: Question) -> String {
         let answer = match self.worker.ask(question) {
             None => return json!({ "superseded": true }).to_string(),
-            Some(Err(error)) => return json!({ "error": error.to_string() }).to_string(),
+            Some(Err(error)) => return refusal(&error).to_string(),
             Some(Ok(answer)) => Arc::new(answer),
         };
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
@@ -262,10 +262,19 @@ impl Studio {
         };
         match saved() {
             Ok(own) => json!({ "folder": Path::display(&own).to_string() }),
-            Err(error) => json!({ "error": Error::to_string(&error), "others": holds_others(&error) }),
+            Err(error) => {
+                let mut said = refusal(&error);
+                said["others"] = holds_others(&error).into();
+                said
+            }
         }
         .to_string()
     }
+}
+
+/// An error as JSON: its sentence, and its kind for programs.
+fn refusal(error: &Error) -> serde_json::Value {
+    json!({ "error": error.to_string(), "kind": error.kind().name() })
 }
 
 /// Whether a folder was refused for the results that it holds.
