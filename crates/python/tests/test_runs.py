@@ -209,4 +209,20 @@ def test_files_are_files_errors_too(tmp_path):
         assert caught.value.errno == errno.ENOENT and caught.value.filename == str(tmp_path / name)
         assert isinstance(caught.value, ab.FileError) and str(caught.value).startswith("cannot read")
         assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+        assert caught.value.kind == pickle.loads(pickle.dumps(caught.value)).kind == "file"
     assert issubclass(ab.Interrupted, KeyboardInterrupt) and not issubclass(ab.Interrupted, Exception)
+
+
+def test_errors_say_for_programs_what_they_are():
+    def kind(work):
+        with pytest.raises(ab.Error) as caught:
+            work()
+        assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+        assert pickle.loads(pickle.dumps(caught.value)).kind == caught.value.kind
+        return caught.value.kind
+
+    packing = ab.Packing([[0, 0, 0], [1, 1, 1]], [0.1, 0.1], cell=[10, 10, 10])
+    assert kind(lambda: ab.calibrate("Si", horizon=0.5)) == "input"
+    assert kind(lambda: ab.element_test(packing, "Si", contact_radius=1.0)) == "mechanism"
+    assert kind(lambda: ab.calibrate("KIO3", horizon=3, require_exact=True)) == "not-exact"
+    assert ab.Interrupted().kind == "interrupted"

@@ -106,7 +106,9 @@ pub fn equilibrium_seen(
         return Err(Error::Interrupted { message: "equilibrium was not found yet".into() });
     }
     if !report.converged {
-        return Err(Error::not_converged(
+        // Given up before its time, the solve met a motion that costs no energy.
+        let said = if report.iterations < stopping.most_iterations { Error::mechanism } else { Error::not_converged };
+        return Err(said(
             format!(
                 "equilibrium was not reached in {} iterations (relative residual {:.1e})",
                 report.iterations, report.residual
