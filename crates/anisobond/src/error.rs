@@ -3,6 +3,8 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use crate::wording::{Choice, Wording};
+
 /// Result of every fallible operation of the library.
 pub type Result<T> = std::result::Result<T, Error>;
 
@@ -63,7 +65,7 @@ pub enum Error {
         /// What is wrong, with the offending value.
         problem: String,
         /// What to change.
-        remedy: String,
+        remedy: Wording,
     },
     /// A file could not be read or written.
     File {
@@ -77,13 +79,13 @@ pub enum Error {
     /// The user asked to stop; what was finished before is kept.
     Interrupted {
         /// What was finished and how to go on.
-        message: String,
+        message: Wording,
     },
 }
 
 impl Error {
     /// Wrong input without a place yet; add it with [`Error::at`].
-    pub fn input(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+    pub fn input(problem: impl Into<String>, remedy: impl Into<Wording>) -> Self {
         Error::failure(ErrorKind::Input, problem, remedy)
     }
 
@@ -95,7 +97,7 @@ impl Error {
     /// assert_eq!(error.kind(), ErrorKind::Diverged);
     /// assert_eq!(error.to_string(), "step 7: the motion explodes; use a smaller time step");
     /// ```
-    pub fn diverged(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+    pub fn diverged(problem: impl Into<String>, remedy: impl Into<Wording>) -> Self {
         Error::failure(ErrorKind::Diverged, problem, remedy)
     }
 
@@ -106,7 +108,7 @@ impl Error {
     /// let error = Error::not_converged("equilibrium was not reached", "allow more iterations");
     /// assert_eq!(error.kind(), ErrorKind::NotConverged);
     /// ```
-    pub fn not_converged(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+    pub fn not_converged(problem: impl Into<String>, remedy: impl Into<Wording>) -> Self {
         Error::failure(ErrorKind::NotConverged, problem, remedy)
     }
 
@@ -117,11 +119,11 @@ impl Error {
     /// let error = Error::mechanism("nothing holds 2 spheres", "give a larger contact radius");
     /// assert_eq!(error.kind(), ErrorKind::Mechanism);
     /// ```
-    pub fn mechanism(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+    pub fn mechanism(problem: impl Into<String>, remedy: impl Into<Wording>) -> Self {
         Error::failure(ErrorKind::Mechanism, problem, remedy)
     }
 
-    fn failure(kind: ErrorKind, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+    fn failure(kind: ErrorKind, problem: impl Into<String>, remedy: impl Into<Wording>) -> Self {
         Error::Failure { kind, place: String::new(), problem: problem.into(), remedy: remedy.into() }
     }
 
@@ -146,6 +148,26 @@ impl Error {
         Error::File { path: path.as_ref().to_path_buf(), action, source }
     }
 
+    /// The sentence, the options that it names spelled as they are where it is read.
+    ///
+    /// ```
+    /// use anisobond::{Error, Wording};
+    /// let error = Error::input("there is a run", Wording::from("go on with ").choice("resume", ""));
+    /// assert_eq!(error.to_string(), "there is a run; go on with \"resume\"");
+    /// assert_eq!(error.spelled(&|choice| format!("--{}", choice.name)), "there is a run; go on with --resume");
+    /// ```
+    pub fn spelled(&self, spell: &dyn Fn(&Choice) -> String) -> String {
+        match self {
+            Error::Failure { place, problem, remedy, .. } => {
+                let (remedy, place) =
+                    (remedy.spelled(spell), if place.is_empty() { "" } else { &format!("{place}: ") });
+                if remedy.is_empty() { format!("{place}{problem}") } else { format!("{place}{problem}; {remedy}") }
+            }
+            Error::File { path, action, source } => format!("cannot {action} {}: {source}", path.display()),
+            Error::Interrupted { message } => format!("interrupted: {}", message.spelled(spell)),
+        }
+    }
+
     /// The same error, placed: an inner place ("line 3") is kept behind the outer one ("rock.toml").
     pub fn at(self, outer: impl fmt::Display) -> Self {
         match self {
@@ -160,17 +182,7 @@ impl Error {
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Error::Failure { place, problem, remedy, .. } => {
-                if !place.is_empty() {
-                    write!(f, "{place}: ")?;
-                }
-                write!(f, "{problem}")?;
-                if remedy.is_empty() { Ok(()) } else { write!(f, "; {remedy}") }
-            }
-            Error::File { path, action, source } => write!(f, "cannot {action} {}: {source}", path.display()),
-            Error::Interrupted { message } => write!(f, "interrupted: {message}"),
-        }
+        f.write_str(&self.spelled(&Choice::to_string))
     }
 }
 

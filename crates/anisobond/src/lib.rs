@@ -10,6 +10,7 @@
 #[doc = include_str!("../../../README.md")]
 struct Readme;
 
+pub mod wording;
 pub mod error;
 pub mod tensor;
 pub mod lattice;
@@ -19,3 +20,4 @@ pub mod solver;
 pub mod experiment;
 
 pub use error::{Error, ErrorKind, Result};
+pub use wording::{Choice, Wording};

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::microplane::{EllipticModuli, TransverseConstants};
-use crate::Error;
+use crate::{Error, Wording};
 
 /// Young's moduli (Pa) and Poisson's ratios of a transversely isotropic solid: E, ν of its plane, E′, ν′ of its axis (ν′ the
 /// contraction of the plane under tension along the axis).
@@ -115,13 +115,19 @@ pub(super) fn refusal(mut error: Error, c: &TransverseConstants, c44: f64, axis:
         [given.join(", "), if ways.is_empty() { "no one constant alone".into() } else { ways.join(", or ") }]
     };
     // In stiffnesses too, where one of them alone helps.
-    let stiffnesses = if remedy.starts_with("change") { format!("; in stiffnesses, {remedy}") } else { String::new() };
+    let stiffnesses =
+        if remedy.to_string().starts_with("change") { format!("; in stiffnesses, {remedy}") } else { String::new() };
     *problem = format!("elliptic moduli of bonds cannot be those of a rock with {given}: {problem}");
-    *remedy = format!(
-        "correct the bonds instead (packing.correct = true; --correct), which takes any positive definite stiffness and says \
-         how near it comes; or the hybrid model, which reaches every one (--model hybrid, or a grid with model.bonds = \
-         \"hybrid\"); or change one constant alone: {ways}{stiffnesses}"
-    );
+    *remedy = Wording::from("correct the bonds instead (packing.correct = true; ")
+        .choice("correct", "")
+        .words(
+            "), which takes any positive definite stiffness and says how near it comes; or the hybrid model, which reaches every \
+             one (",
+        )
+        .choice("model", "hybrid")
+        .words(format!(
+            ", or a grid with model.bonds = \"hybrid\"); or change one constant alone: {ways}{stiffnesses}"
+        ));
     error
 }
 

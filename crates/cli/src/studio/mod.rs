@@ -16,7 +16,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use anisobond::tensor::{Material, SymmetryClass};
 use anisobond::{Error, Result};
-use anisobond_app::{REPLACE, studio_page};
+use anisobond_app::studio_page;
 use serde::Deserialize;
 use serde_json::json;
 
@@ -246,7 +246,7 @@ impl Studio {
                 .with("Content-Disposition", "attachment")
                 .with("Content-Security-Policy", "sandbox"),
             Ok(None) => Response::refusal(404, "no such file"),
-            Err(error) => Response::refusal(400, &error.to_string()),
+            Err(error) => Response::refusal(400, &text::sentence(&error)),
         }
     }
 
@@ -274,12 +274,12 @@ impl Studio {
 
 /// An error as JSON: its sentence, and its kind for programs.
 fn refusal(error: &Error) -> serde_json::Value {
-    json!({ "error": error.to_string(), "kind": error.kind().name() })
+    json!({ "error": text::sentence(error), "kind": error.kind().name() })
 }
 
 /// Whether a folder was refused for the results that it holds.
 fn holds_others(error: &Error) -> bool {
-    matches!(error, Error::Failure { remedy, .. } if remedy == REPLACE)
+    matches!(error, Error::Failure { remedy, .. } if remedy.names("force"))
 }
 
 /// A folder's name of letters, digits and dashes.

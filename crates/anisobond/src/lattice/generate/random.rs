@@ -309,7 +309,7 @@ impl Trials<'_> {
             match observe(&Progress { trial, iterations, porosity: 1.0 - solid, largest_overlap }) {
                 ControlFlow::Continue(()) => Ok(()),
                 ControlFlow::Break(()) => {
-                    Err(Error::Interrupted { message: format!("packing {trial} was not finished") })
+                    Err(Error::Interrupted { message: format!("packing {trial} was not finished").into() })
                 }
             }
         })?;
