@@ -1,9 +1,11 @@
 //! What can go wrong, said once: where, what, and what to do about it.
 
+mod wording;
+
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use crate::wording::{Choice, Wording};
+pub use wording::{Choice, Wording};
 
 /// Result of every fallible operation of the library.
 pub type Result<T> = std::result::Result<T, Error>;

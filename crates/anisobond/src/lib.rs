@@ -10,7 +10,6 @@
 #[doc = include_str!("../../../README.md")]
 struct Readme;
 
-pub mod wording;
 pub mod error;
 pub mod tensor;
 pub mod lattice;
@@ -19,5 +18,4 @@ pub mod operator;
 pub mod solver;
 pub mod experiment;
 
-pub use error::{Error, ErrorKind, Result};
-pub use wording::{Choice, Wording};
+pub use error::{Choice, Error, ErrorKind, Result, Wording};

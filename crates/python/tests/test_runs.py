@@ -41,7 +41,7 @@ def test_an_interrupted_run_goes_on(tmp_path):
 
     # Slower than the 50 ms between words of progress.
     case = ab.Case(repository_wave(), set={"body.box.max": "400, 8, 8 mm", "output.frames": 2})
-    with pytest.raises(ab.Interrupted, match="is done and kept"):
+    with pytest.raises(ab.Interrupted, match="is done and kept.*resume=True"):
         ab.run(case, tmp_path / "slow", progress=interrupt)
     run = ab.run(case, tmp_path / "slow", resume=True)
     assert run.probes()["time_s"][-1] == pytest.approx(60e-6, rel=2e-2)
