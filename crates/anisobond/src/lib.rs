@@ -19,6 +19,6 @@ pub mod solver;
 pub mod experiment;
 pub mod prelude;
 
-pub use error::{Error, Result};
+pub use error::{Choice, Error, ErrorKind, Result, Wording};
 /// Vectors and matrices of arguments and results.
 pub use nalgebra;

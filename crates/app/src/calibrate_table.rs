@@ -35,6 +35,8 @@ enum RowReport<'a> {
         line: usize,
         material: &'a str,
         error: String,
+        /// Of the error, for programs.
+        kind: &'static str,
     },
 }
 
@@ -130,18 +132,15 @@ fn settings(calibrator: &ModelCalibrator) -> Inputs {
 /// A row's report as JSON; a report that JSON cannot hold is a failure of its row.
 fn raw_row(row: &Row, calibrator: &ModelCalibrator, neighbourhood: &NeighbourhoodReport) -> Result<Box<RawValue>> {
     let report = calibrate_row(row, calibrator, neighbourhood);
-    let failed = |e: Error| RowReport::Failed { id: &row.id, line: row.line, material: &row.id, error: e.to_string() };
-    let report = refuse_non_finite(&report).map_or_else(failed, |()| report);
+    let report = refuse_non_finite(&report).map_or_else(|e| RowReport::failed(row, &row.id, &e), |()| report);
     to_raw_value(&report).map_err(|e| Error::file("write", "a row as JSON", e.into()))
 }
 
 fn calibrate_row<'a>(row: &'a Row, calibrator: &ModelCalibrator, neighbourhood: &NeighbourhoodReport) -> RowReport<'a> {
-    let failed =
-        |error: &Error, material| RowReport::Failed { id: &row.id, line: row.line, material, error: error.to_string() };
     match &row.material {
-        Err(error) => failed(error, &row.id),
+        Err(error) => RowReport::failed(row, &row.id, error),
         Ok(material) => match calibrator.calibrate(&material.stiffness) {
-            Err(error) => failed(&error, &material.name),
+            Err(error) => RowReport::failed(row, &material.name, &error),
             Ok(r) => RowReport::Calibrated {
                 id: &row.id,
                 line: row.line,
@@ -159,6 +158,13 @@ fn key(settings: &Inputs, row: &Row) -> String {
     };
     let line = row.line.to_string();
     checksum([settings.digest().as_bytes(), row.id.as_bytes(), line.as_bytes(), content.as_bytes()])
+}
+
+impl<'a> RowReport<'a> {
+    fn failed(row: &'a Row, material: &'a str, error: &Error) -> Self {
+        let (error, kind) = (error.to_string(), error.kind().name());
+        RowReport::Failed { id: &row.id, line: row.line, material, error, kind }
+    }
 }
 
 impl TableResults {
@@ -189,7 +195,7 @@ impl TableResults {
     }
 
     /// A table with a column per number of the JSON objects: `micromodulus.max`, `target.c11` … `target.c66`,
-    /// `dual.1111` …; a row that failed has its `id`, `line`, `material` and `error` only.
+    /// `dual.1111` …; a row that failed has its `id`, `line`, `material`, `error` and its `kind` only.
     pub fn table(&self) -> FlatTable {
         // A raw value is valid JSON by construction.
         let flat = |row: &RawValue| serde_json::from_str(row.get()).ok().map(|value| columns(&value));

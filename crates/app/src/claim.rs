@@ -7,7 +7,7 @@ use std::fs::{self, File, TryLockError};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use anisobond::{Error, Result};
+use anisobond::{Error, Result, Wording};
 use anisobond_formats::atomic::{TEMPORARY, write_atomically};
 
 /// Name of the lock's file; it is there while a program writes.
@@ -236,7 +236,9 @@ fn names(folder: &Path) -> Result<Vec<String>> {
 }
 
 /// What to do where a folder holds other results.
-pub const REPLACE: &str = "give another folder, or --force (force=True) to replace them whole";
+pub fn replace() -> Wording {
+    Wording::from("give another folder, or ").choice("force", "").words(" to replace them whole")
+}
 
 /// Refuses a folder that holds results of another kind than those of `ours` ("a run").
 ///
@@ -251,7 +253,7 @@ pub fn refuse_other_kind(folder: &Path, ours: &str) -> Result<()> {
 }
 
 fn holds(folder: &Path, name: &str, what: &str) -> Error {
-    Error::input(format!("{} holds results of {what} ({name})", folder.display()), REPLACE)
+    Error::input(format!("{} holds results of {what} ({name})", folder.display()), replace())
 }
 
 /// Names, those first that tell what a folder is of.
@@ -383,7 +385,7 @@ mod tests {
         write_files(folder.path(), &files("x"), false).unwrap();
         fs::remove_file(at("calibration.json")).unwrap();
         let message = write_files(folder.path(), &files("y"), false).unwrap_err().to_string();
-        assert!(message.contains("bonds.csv") && message.contains("--force"), "{message}");
+        assert!(message.contains("bonds.csv") && message.contains("force"), "{message}");
         write_files(folder.path(), &files("x"), false).unwrap();
         let message = write_files(folder.path(), &files("y"), false).unwrap_err().to_string();
         assert!(message.contains("a calibration, another one"), "{message}");

@@ -48,11 +48,11 @@ pub(super) fn require_own(report: &Value, folder: &Path, name: &str) -> Result<(
             format!(
                 "{name} is not the one that was written with its report: it was changed, or is of another calibration"
             ),
-            "write the folder again with `anisobond calibrate -o` or `anisobond lattice -o`",
+            "write the folder again with calibrate or lattice",
         )),
         None => Err(Error::input(
             format!("the report does not say which {name} is its own"),
-            "write the folder again with this program's `anisobond calibrate -o` or `anisobond lattice -o`",
+            "write the folder again with calibrate or lattice of this program",
         )),
     }
 }

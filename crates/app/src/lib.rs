@@ -23,7 +23,7 @@ pub use calibrate_table::{TableResults, calibrate_table, table_journal};
 pub use case::{
     CaseFile, CasePlan, ConditionPlan, LatticeKind, PackingPlan, RegionPlan, calibrated_case, read_case, starter_case,
 };
-pub use claim::{FolderLock, REPLACE, refuse_other_kind, remove_results, write_files};
+pub use claim::{FolderLock, refuse_other_kind, remove_results, write_files};
 pub use export::{BondedCell, Engine, Export, ExportFile, export};
 pub use folder::{Files, calibration_files, lattice_files};
 pub use grid_report::{CellReport, CellStability, GridTestReport};

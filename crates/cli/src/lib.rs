@@ -79,7 +79,7 @@ pub fn main_from(words: impl IntoIterator<Item = OsString>) -> u8 {
         Ok(Ending::NotExact) => 3,
         Ok(Ending::NotConverged) => 4,
         Err(error) => {
-            eprintln!("anisobond: {error}");
+            eprintln!("anisobond: {}", text::sentence(&error));
             if matches!(error, Error::Interrupted { .. }) { 130 } else { 2 }
         }
     }

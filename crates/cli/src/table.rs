@@ -28,7 +28,9 @@ pub fn run(args: &args::Calibrate, calibrator: &ModelCalibrator) -> Result<Endin
             Some(folder) => format!("they are kept in {}; run the same again to go on", folder.display()),
             None => "they are lost; with -o DIR finished rows are kept".into(),
         };
-        return Err(Error::Interrupted { message: format!("{} of {all} rows are done; {rest}", results.finished()) });
+        return Err(Error::Interrupted {
+            message: format!("{} of {all} rows are done; {rest}", results.finished()).into(),
+        });
     }
     finish(args, &results)
 }

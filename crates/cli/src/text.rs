@@ -2,7 +2,7 @@
 
 use std::io::{ErrorKind, Write};
 
-use anisobond::{Error, Result};
+use anisobond::{Choice, Error, Result};
 use nalgebra::Vector3;
 use serde::Serialize;
 
@@ -12,6 +12,18 @@ pub fn print(text: &str) -> Result<()> {
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Error::file("write", "standard output", e)),
         _ => Ok(()),
+    }
+}
+
+/// An error's sentence, with options as they are typed.
+pub fn sentence(error: &Error) -> String {
+    error.spelled(&flag)
+}
+
+fn flag(choice: &Choice) -> String {
+    match choice.value.as_str() {
+        "" => format!("--{}", choice.name),
+        value => format!("--{} {value}", choice.name),
     }
 }
 

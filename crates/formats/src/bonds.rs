@@ -417,7 +417,7 @@ mod tests {
     #[test]
     fn wrong_micromoduli_and_paths_are_refused() {
         let neighbourhood = Neighbourhood::sphere(1.0, 1.0, Influence::Constant).unwrap();
-        assert!(matches!(bonds_csv(&neighbourhood, &BondModuli::central(&[1.0; 5]), "x"), Err(Error::Input { .. })));
+        assert!(matches!(bonds_csv(&neighbourhood, &BondModuli::central(&[1.0; 5]), "x"), Err(Error::Failure { .. })));
         let holed = [1.0, 2.0, f64::NAN, 1.0, 1.0, 1.0];
         assert!(
             bonds_csv(&neighbourhood, &BondModuli::central(&holed), "x")

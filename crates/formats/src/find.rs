@@ -6,7 +6,7 @@ use crate::table::Row;
 use crate::words::{enumeration, nearest};
 use crate::{read_material, read_table};
 use anisobond::tensor::Material;
-use anisobond::{Error, Result};
+use anisobond::{Error, Result, Wording};
 
 /// A built-in material by name; letter case does not count.
 ///
@@ -37,9 +37,9 @@ pub fn find_material(name_or_path: &str, row: Option<&str>, unit: Option<&str>) 
     let path = Path::new(name_or_path);
     let of_tables_only = |material: Material| match row.map(|_| "row").or(unit.map(|_| "unit")) {
         None => Ok(material),
-        Some(flag) => Err(Error::input(
-            format!("--{flag} is for tables of materials, and {name_or_path} is one material"),
-            format!("leave out --{flag}"),
+        Some(name) => Err(Error::input(
+            format!("a {name} is for tables of materials, and {name_or_path} is one material"),
+            Wording::from("leave out ").choice(name, ""),
         )),
     };
     if !path.exists()
@@ -59,7 +59,7 @@ pub fn find_material(name_or_path: &str, row: Option<&str>, unit: Option<&str>) 
     let Some(row) = row else {
         return Err(Error::input(
             format!("{name_or_path} is a table of materials"),
-            "choose one with --row ID, or give the table to `anisobond calibrate`",
+            Wording::from("choose one with ").choice("row", "ID").words(", or calibrate the table as a whole"),
         ));
     };
     choose(read_table(path, unit)?.rows, row).map_err(|e| e.at(name_or_path))
@@ -73,7 +73,7 @@ fn choose(rows: Vec<Row>, wanted: &str) -> Result<Material> {
     if lines.len() > 1 {
         return Err(Error::input(
             format!("{} rows are called {wanted}, in lines {}", lines.len(), enumeration(&lines)),
-            format!("choose one by its line, as --row line:{}", lines[0]),
+            Wording::from("choose one by its line, as ").choice("row", format!("line:{}", lines[0])),
         ));
     }
     let ids: Vec<String> = rows.iter().map(|r| r.id.clone()).collect();

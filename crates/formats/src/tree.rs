@@ -9,7 +9,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::inputs::read_bytes;
 use crate::words::quoted;
-use anisobond::{Error, Result};
+use anisobond::{Error, Result, Wording};
 
 /// Deepest nesting of lists and tables that is read.
 const DEPTH: usize = 40;
@@ -55,7 +55,7 @@ pub struct Entry {
 
 impl Node {
     /// Wrong input at this value, under the key it was given for.
-    pub fn wrong(&self, key: &str, problem: impl Into<String>, remedy: impl Into<String>) -> Error {
+    pub fn wrong(&self, key: &str, problem: impl Into<String>, remedy: impl Into<Wording>) -> Error {
         Error::input(problem, remedy).at(place(self.line, key))
     }
 

@@ -118,10 +118,10 @@ mod tests {
     #[test]
     fn wrong_input_and_paths_are_refused() {
         let neighbourhood = Neighbourhood::sphere(1.0, 1.0, Influence::Constant).unwrap();
-        assert!(matches!(neighbourhood_vtp(&neighbourhood, &BondModuli::central(&[1.0])), Err(Error::Input { .. })));
+        assert!(matches!(neighbourhood_vtp(&neighbourhood, &BondModuli::central(&[1.0])), Err(Error::Failure { .. })));
         assert!(matches!(
             neighbourhood_vtp(&neighbourhood, &BondModuli::central(&[f64::INFINITY; 6])),
-            Err(Error::Input { .. })
+            Err(Error::Failure { .. })
         ));
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("missing").join("a.vtp");

@@ -209,19 +209,19 @@ fn wrong_input_and_paths_are_refused() {
     let six = neighbourhood(1.0);
     let options = NeighbourhoodPicture::of("rock");
     for wrong in [vec![1.0; 5], vec![f64::NAN; 6], vec![1.0, 1.0, f64::INFINITY, 1.0, 1.0, 1.0]] {
-        assert!(matches!(neighbourhood_scene(&six, &wrong, &options), Err(Error::Input { .. })));
+        assert!(matches!(neighbourhood_scene(&six, &wrong, &options), Err(Error::Failure { .. })));
     }
     let scalar = || Scalar { name: "v".into(), unit: "m".into() };
     let ball = |radius: f64, value: f64| Ball { centre: Vector3::zeros(), radius, value: Some(value) };
-    assert!(matches!(Scene::new(vec![], scalar()), Err(Error::Input { .. })));
+    assert!(matches!(Scene::new(vec![], scalar()), Err(Error::Failure { .. })));
     for (radius, value) in [(0.0, 1.0), (f64::NAN, 1.0), (1e200, 1.0), (1e-200, 1.0), (1.0, f64::NAN)] {
-        assert!(matches!(Scene::new(vec![ball(radius, value)], scalar()), Err(Error::Input { .. })));
+        assert!(matches!(Scene::new(vec![ball(radius, value)], scalar()), Err(Error::Failure { .. })));
     }
     let scene = neighbourhood_scene(&six, &[1.0; 6], &options).unwrap();
-    assert!(matches!(scene.clone().viewed(vec![]), Err(Error::Input { .. })));
-    assert!(matches!(scene.png(10), Err(Error::Input { .. })));
+    assert!(matches!(scene.clone().viewed(vec![]), Err(Error::Failure { .. })));
+    assert!(matches!(scene.png(10), Err(Error::Failure { .. })));
     let folder = tempfile::tempdir().unwrap();
-    assert!(matches!(scene.write(folder.path().join("a.jpg")), Err(Error::Input { .. })));
+    assert!(matches!(scene.write(folder.path().join("a.jpg")), Err(Error::Failure { .. })));
     assert!(matches!(scene.write(folder.path().join("missing").join("a.svg")), Err(Error::File { .. })));
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     for name in ["a.svg", "a.PNG"] {

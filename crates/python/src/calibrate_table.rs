@@ -57,7 +57,7 @@ pub fn calibrate_table<'py>(
                 None => "they are lost; with a folder for the output finished rows are kept".into(),
             };
             let message = format!("{} of {all} rows are done; {rest}", results.finished());
-            return Err(anisobond::Error::Interrupted { message });
+            return Err(anisobond::Error::Interrupted { message: message.into() });
         }
         let made = results.table();
         if let Some(folder) = &output {

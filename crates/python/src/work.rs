@@ -24,7 +24,7 @@ const WATCH: Duration = Duration::from_millis(50);
 
 /// A library error as the exception of its kind, with the text of the command line.
 pub fn raised(error: anisobond::Error) -> PyErr {
-    let text = error.to_string();
+    let (text, kind) = (error.spelled(&keyword), error.kind().name());
     match error {
         anisobond::Error::File { path, source, .. } => {
             let missing = source.kind() == std::io::ErrorKind::NotFound;
@@ -32,12 +32,22 @@ pub fn raised(error: anisobond::Error) -> PyErr {
             if missing { exceptions::MissingFileError::new_err(about) } else { exceptions::FileError::new_err(about) }
         }
         anisobond::Error::Interrupted { .. } => exceptions::Interrupted::new_err(text),
-        _ => exceptions::Error::new_err(text),
+        _ => exceptions::Error::new_err((text, kind)),
+    }
+}
+
+/// An option as it is given in Python.
+fn keyword(choice: &anisobond::Choice) -> String {
+    let (name, value) = (choice.name, choice.value.as_str());
+    match value {
+        "" => format!("{name}=True"),
+        number if number.parse::<f64>().is_ok() => format!("{name}={number}"),
+        text => format!("{name}={text:?}"),
     }
 }
 
 /// Wrong input found on this side.
-pub fn wrong(problem: impl Into<String>, remedy: impl Into<String>) -> PyErr {
+pub fn wrong(problem: impl Into<String>, remedy: impl Into<anisobond::Wording>) -> PyErr {
     raised(anisobond::Error::input(problem, remedy))
 }
 

@@ -41,7 +41,7 @@ def test_an_interrupted_run_goes_on(tmp_path):
 
     # Slower than the 50 ms between words of progress.
     case = ab.Case(repository_wave(), set={"body.box.max": "400, 8, 8 mm", "output.frames": 2})
-    with pytest.raises(ab.Interrupted, match="is done and kept"):
+    with pytest.raises(ab.Interrupted, match="is done and kept.*resume=True"):
         ab.run(case, tmp_path / "slow", progress=interrupt)
     run = ab.run(case, tmp_path / "slow", resume=True)
     assert run.probes()["time_s"][-1] == pytest.approx(60e-6, rel=2e-2)
@@ -209,4 +209,20 @@ def test_files_are_files_errors_too(tmp_path):
         assert caught.value.errno == errno.ENOENT and caught.value.filename == str(tmp_path / name)
         assert isinstance(caught.value, ab.FileError) and str(caught.value).startswith("cannot read")
         assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+        assert caught.value.kind == pickle.loads(pickle.dumps(caught.value)).kind == "file"
     assert issubclass(ab.Interrupted, KeyboardInterrupt) and not issubclass(ab.Interrupted, Exception)
+
+
+def test_errors_say_for_programs_what_they_are():
+    def kind(work):
+        with pytest.raises(ab.Error) as caught:
+            work()
+        assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+        assert pickle.loads(pickle.dumps(caught.value)).kind == caught.value.kind
+        return caught.value.kind
+
+    packing = ab.Packing([[0, 0, 0], [1, 1, 1]], [0.1, 0.1], cell=[10, 10, 10])
+    assert kind(lambda: ab.calibrate("Si", horizon=0.5)) == "input"
+    assert kind(lambda: ab.element_test(packing, "Si", contact_radius=1.0)) == "mechanism"
+    assert kind(lambda: ab.calibrate("KIO3", horizon=3, require_exact=True)) == "not-exact"
+    assert ab.Interrupted().kind == "interrupted"

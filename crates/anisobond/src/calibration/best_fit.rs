@@ -24,7 +24,7 @@ use crate::{Error, Result};
 pub fn best_fit_stiffness(lattice: &Lattice, stiffness: &LatticeStiffness) -> Result<Stiffness> {
     let fabric: Matrix3<f64> =
         lattice.contacts.iter().map(|c| c.branch * c.branch.transpose()).sum::<Matrix3<f64>>() / lattice.volume;
-    let flat = || Error::input("the bonds do not span three directions", "give a larger contact radius");
+    let flat = || Error::mechanism("the bonds do not span three directions", "give a larger contact radius");
     let scale = fabric.amax();
     let a = (fabric / scale).try_inverse().ok_or_else(flat)? / scale;
     if !a.iter().all(|x| x.is_finite()) {

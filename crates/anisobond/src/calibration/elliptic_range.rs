@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::microplane::{EllipticModuli, TransverseConstants};
-use crate::Error;
+use crate::{Error, Wording};
 
 /// Young's moduli (Pa) and Poisson's ratios of a transversely isotropic solid: E, ν of its plane, E′, ν′ of its axis (ν′ the
 /// contraction of the plane under tension along the axis).
@@ -86,9 +86,9 @@ fn keys(axis: &Vector3<f64>) -> Option<[&'static str; 5]> {
 
 /// What a refusal of elliptic moduli says to who gave a rock: its constants by their usual names and by the keys of material
 /// files, what each would have to be alone, and which bonds do without elliptic moduli.
-pub(super) fn refusal(error: Error, c: &TransverseConstants, c44: f64, axis: &Vector3<f64>) -> Error {
-    let Error::Input { place, problem, remedy } = error else { return error };
-    let Some(rock) = Rock::of(c) else { return Error::Input { place, problem, remedy } };
+pub(super) fn refusal(mut error: Error, c: &TransverseConstants, c44: f64, axis: &Vector3<f64>) -> Error {
+    let Error::Failure { problem, remedy, .. } = &mut error else { return error };
+    let Some(rock) = Rock::of(c) else { return error };
     let isotropic = (c.c33 / c.c11 - 1.0).abs().max((c.c13 - c.c12).abs() / c.c11) < 1e-9;
     let keys = keys(axis);
     let key = |n: usize| match (isotropic, keys) {
@@ -115,16 +115,20 @@ pub(super) fn refusal(error: Error, c: &TransverseConstants, c44: f64, axis: &Ve
         [given.join(", "), if ways.is_empty() { "no one constant alone".into() } else { ways.join(", or ") }]
     };
     // In stiffnesses too, where one of them alone helps.
-    let stiffnesses = if remedy.starts_with("change") { format!("; in stiffnesses, {remedy}") } else { String::new() };
-    Error::Input {
-        place,
-        problem: format!("elliptic moduli of bonds cannot be those of a rock with {given}: {problem}"),
-        remedy: format!(
-            "correct the bonds instead (packing.correct = true; --correct), which takes any positive definite stiffness and says \
-             how near it comes; or the hybrid model, which reaches every one (--model hybrid, or a grid with model.bonds = \
-             \"hybrid\"); or change one constant alone: {ways}{stiffnesses}"
-        ),
-    }
+    let stiffnesses =
+        if remedy.to_string().starts_with("change") { format!("; in stiffnesses, {remedy}") } else { String::new() };
+    *problem = format!("elliptic moduli of bonds cannot be those of a rock with {given}: {problem}");
+    *remedy = Wording::from("correct the bonds instead (packing.correct = true; ")
+        .choice("correct", "")
+        .words(
+            "), which takes any positive definite stiffness and says how near it comes; or the hybrid model, which reaches every \
+             one (",
+        )
+        .choice("model", "hybrid")
+        .words(format!(
+            ", or a grid with model.bonds = \"hybrid\"); or change one constant alone: {ways}{stiffnesses}"
+        ));
+    error
 }
 
 #[cfg(test)]

@@ -194,7 +194,7 @@ impl<'a> HybridCalibrator<'a> {
     /// least norm for B.
     fn stable_bonds(&self, target: &Stiffness) -> Result<(Calibration, Option<TraceEvidence>)> {
         if !self.resists_all_strains() {
-            return Err(Error::input(
+            return Err(Error::mechanism(
                 "the neighbourhood's bonds leave a uniform strain without energy: no bonds are stable on it",
                 "use a horizon of at least √2 spacings (3 is common)",
             ));

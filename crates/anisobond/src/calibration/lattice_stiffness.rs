@@ -40,7 +40,7 @@ impl LatticeStiffness {
     /// A lattice without contacts; a modulus that is negative or not finite in the direction of a bond.
     pub fn new(lattice: &Lattice, microplane: &impl DirectionModuli) -> Result<Self> {
         if lattice.contacts.is_empty() {
-            return Err(Error::input(
+            return Err(Error::mechanism(
                 format!("the lattice has no bonds at contact radius {}", lattice.contact_radius),
                 "give a larger contact radius",
             ));

@@ -217,11 +217,10 @@ impl LatticeStudy {
             (Model::Hybrid, None) => "Correct the bonds by their own element test (correct)",
             (_, None) => {
                 "Correct the bonds by their own element test (correct), or use the hybrid model, which reaches every \
-                 stiffness (--model hybrid --correct, or a grid with model.bonds = \"hybrid\")"
+                 stiffness when it is corrected, as on a grid with model.bonds = \"hybrid\""
             }
             (_, Some(_)) => {
-                "The hybrid model reaches every stiffness (--model hybrid --correct, or a grid with model.bonds = \
-                 \"hybrid\")"
+                "The hybrid model reaches every stiffness when it is corrected, as on a grid with model.bonds = \"hybrid\""
             }
         };
         Some(format!("the lattice is not the material: {miss}{replaced}. {way}"))

@@ -49,7 +49,7 @@ impl NodalTerm {
         }
         let sum: f64 = term.volumes.iter().sum();
         if sum.is_nan() || sum <= 0.0 {
-            return Err(Error::input(
+            return Err(Error::mechanism(
                 "no node has bonds in three directions: there is no average strain",
                 "give a larger contact radius",
             ));

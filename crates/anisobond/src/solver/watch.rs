@@ -75,6 +75,6 @@ impl Watch {
         let (iterations, stage) = (self.iterations(), self.stage());
         let place = if stage.is_empty() { stage } else { format!(" ({stage})") };
         let message = format!("{unfinished} was not finished{place}; {iterations} iterations were done");
-        Err(Error::Interrupted { message })
+        Err(Error::Interrupted { message: message.into() })
     }
 }

@@ -296,7 +296,7 @@ pub(super) fn number_rows<const N: usize>(path: &Path, what: &str) -> Result<Vec
     for (n, record) in csv_reader(&text).records().enumerate() {
         let remedy = format!("write {what} on every line");
         let at = |e: Error| e.at(path.display());
-        let record = record.map_err(|e| at(Error::input(format!("the table cannot be read: {e}"), &remedy)))?;
+        let record = record.map_err(|e| at(Error::input(format!("the table cannot be read: {e}"), remedy.as_str())))?;
         let line = record.position().map_or(0, csv::Position::line);
         let numbers: Vec<f64> = record.iter().filter_map(|f| f.parse().ok()).filter(|x: &f64| x.is_finite()).collect();
         match <[f64; N]>::try_from(numbers) {

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use anisobond::{Error, Result};
+use anisobond::{Error, Result, Wording};
 use anisobond_formats::tree::{Kind, Node, place};
 use anisobond_formats::units::{Dimension, split};
 use anisobond_formats::words::{quoted, suggestion};
@@ -16,7 +16,7 @@ pub(super) struct Spot {
 
 impl Spot {
     /// Wrong input here.
-    pub fn wrong(&self, problem: impl Into<String>, remedy: impl Into<String>) -> Error {
+    pub fn wrong(&self, problem: impl Into<String>, remedy: impl Into<Wording>) -> Error {
         self.at(Error::input(problem, remedy))
     }
 
@@ -83,7 +83,7 @@ impl<'n> Value<'n> {
         Spot { line: self.node.line, path: if self.path.is_empty() { "top".into() } else { self.path.clone() } }
     }
 
-    pub fn wrong(&self, problem: impl Into<String>, remedy: impl Into<String>) -> Error {
+    pub fn wrong(&self, problem: impl Into<String>, remedy: impl Into<Wording>) -> Error {
         self.spot().wrong(problem, remedy)
     }
 

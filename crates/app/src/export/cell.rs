@@ -73,7 +73,7 @@ impl BondedCell {
         } else {
             format!("{} holds no bonds", folder.display())
         };
-        Err(Error::input(problem, "give a folder that `anisobond calibrate -o` or `anisobond lattice -o` wrote"))
+        Err(Error::input(problem, "give a folder that calibrate or lattice wrote"))
     }
 
     /// Volume (m³).
@@ -308,10 +308,10 @@ pub fn contact_bonds(path: &Path, packing: &Packing) -> Result<Vec<StiffBond>> {
     let mut bonds = Vec::new();
     for row in reader.deserialize::<(u32, u32, f64, f64, f64, f64, f64, f64)>() {
         let (a, b, x, y, z, _, normal, tangential) =
-            row.map_err(|e| at(Error::input(e.to_string(), "write the folder again with `anisobond lattice -o`")))?;
+            row.map_err(|e| at(Error::input(e.to_string(), "write the folder again with lattice")))?;
         if a.max(b) as usize >= packing.len() {
             let problem = format!("a bond between spheres {a} and {b} of {}", packing.len());
-            return Err(at(Error::input(problem, "write the folder again with `anisobond lattice -o`")));
+            return Err(at(Error::input(problem, "write the folder again with lattice")));
         }
         bonds.push(StiffBond { a, b, branch: Vector3::new(x, y, z), normal, tangential });
     }

@@ -133,7 +133,7 @@ fn refuse_nodal(cell: &BondedCell) -> Result<()> {
     }
     Err(Error::input(
         "the hybrid model has a nodal term, which the engine does not know",
-        "export to matrix-market or numpy, or make bonds with --model central or micropolar, which are all there is",
+        "export to matrix-market or numpy, or make bonds of the central or micropolar model, which are all there is",
     ))
 }
 

@@ -8,7 +8,7 @@ use nalgebra::{Matrix6, Vector6};
 
 use super::{BondedCell, Export, MEASURED, refuse_tangential, with_expected};
 use anisobond::tensor::{PAIRS, Stiffness};
-use anisobond::{Error, Result};
+use anisobond::{Error, Result, Wording};
 
 /// Python that turns the engine's output files into the stiffness.
 const SCRIPT: &str = include_str!("measure.py");
@@ -64,11 +64,11 @@ pub(super) fn export(cell: &BondedCell, program: Program, within: f64) -> Result
                  K = {:.6e} Pa, makes a tensor that is {percent:.3} % off",
                 one.bulk_modulus
             ),
-            format!(
-                "accept that with --within {}, or export to lammps, yade, woo, calculix, matrix-market or numpy, which take \
-                 each bond as it is",
-                (1.01 * one.error * 1e3).ceil() / 1e3
-            ),
+            Wording::from("accept that with ")
+                .choice("within", format!("{}", (1.01 * one.error * 1e3).ceil() / 1e3))
+                .words(
+                    ", or export to lammps, yade, woo, calculix, matrix-market or numpy, which take each bond as it is",
+                ),
         ));
     }
     let header = if program == Program::Peridigm { "# x y z block_id volume" } else { "header: x y z block_id volume" };
@@ -100,7 +100,9 @@ impl OneConstant {
         if cell.bonds.len() != cell.nodes.len() * half_of_sphere(longest / spacing) {
             return Err(Error::input(
                 format!("the neighbourhood is no sphere; {name}'s bonds are all nodes within a horizon"),
-                "calibrate with --shape sphere, or export to lammps, yade, woo, calculix, matrix-market or numpy",
+                Wording::from("calibrate with ")
+                    .choice("shape", "sphere")
+                    .words(", or export to lammps, yade, woo, calculix, matrix-market or numpy"),
             ));
         }
         // k = c ΔV²/ℓ (P eq 14): C = (1/V) Σ k ℓ² n⊗n⊗n⊗n.

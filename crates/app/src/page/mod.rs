@@ -90,7 +90,7 @@ pub fn report_page(folder: impl AsRef<Path>, command: &str) -> Result<String> {
     let Some((file, kind)) = KINDS.into_iter().find(|(file, _)| folder.join(file).is_file()) else {
         return Err(Error::input(
             format!("{} holds no results", folder.display()),
-            "give a folder that calibrate, lattice, element-test, sweep or run wrote with -o",
+            "give a folder that calibrate, lattice, element-test, sweep or run wrote",
         ));
     };
     let report = if file.ends_with(".json") { read_json(folder, file)? } else { Value::Null };

@@ -20,7 +20,7 @@ use crate::{CaseFile, FolderLock, LatticeKind, refuse_other_kind, remove_results
 use anisobond::experiment::{
     Ledger, Outcome, PackingProblem, PackingSimulation, Problem, SavedState, Simulation, WithinStep,
 };
-use anisobond::{Error, Result};
+use anisobond::{Error, Result, Wording};
 use anisobond_formats::inputs::recorded;
 use anisobond_formats::json::non_finite;
 use anisobond_formats::results::{Checkpoint, Checkpoints, ProbeTable};
@@ -267,7 +267,8 @@ impl<S: Subject> Run<S> {
                     "the checkpoint in {} is of another case, or of one since changed: {changed}",
                     options.folder.display()
                 ),
-                "resume with the case as it was, or start anew in another folder or with --force (force=True)",
+                Wording::from("resume with the case as it was, or start anew in another folder or with ")
+                    .choice("force", ""),
             ));
         }
         simulation.restore(SavedState { facts: about.simulation, numbers: kept.numbers, words: kept.words })?;
@@ -356,19 +357,18 @@ impl<S: Subject> Run<S> {
     }
 
     /// A failure in flight, with what is kept. What an equilibrium that is not found comes after is kept too.
-    fn failed(&mut self, error: Error) -> Error {
+    fn failed(&mut self, mut error: Error) -> Error {
         if !self.simulation.is_motion() && self.simulation.step() > 0 && self.checkpoint().is_err() {
             return error;
         }
         let place = format!("{}, step {}", self.simulation.name(), self.simulation.step());
-        match error {
-            Error::Input { place: inner, problem, remedy } if self.checkpoints.exist() => Error::Input {
-                place: if inner.is_empty() { place } else { format!("{place}, {inner}") },
-                problem,
-                remedy: format!("{remedy}; the last good checkpoint is kept in {}", self.folder.display()),
-            },
-            other => other.at(place),
+        if let Error::Failure { remedy, .. } = &mut error
+            && self.checkpoints.exist()
+        {
+            let kept = format!("; the last good checkpoint is kept in {}", self.folder.display());
+            *remedy = std::mem::take(remedy).words(kept);
         }
+        error.at(place)
     }
 
     /// The error of a run that was stopped, its last whole step kept.
@@ -376,9 +376,10 @@ impl<S: Subject> Run<S> {
         self.checkpoint()?;
         let (step, steps) = (self.simulation.step(), self.simulation.steps());
         let folder = self.folder.display();
-        let message = format!(
-            "step {step} of {steps} is done and kept in {folder}; the same again with --resume (resume=True) goes on"
-        );
+        let message =
+            Wording::from(format!("step {step} of {steps} is done and kept in {folder}; the same again with "))
+                .choice("resume", "")
+                .words(" goes on");
         Ok(Error::Interrupted { message })
     }
 
@@ -416,13 +417,13 @@ fn refuse_begun(options: &RunOptions, checkpoints: &Checkpoints, stated: &Stated
     if folder.join(SUMMARY).exists() && !checkpoints.exist() {
         return Err(Error::input(
             has("and it is finished"),
-            "give another folder for a new one, or --force (force=True) to replace it; in Python, open_run opens it",
+            Wording::from("give another folder for a new one, or ").choice("force", "").words(" to replace it"),
         ));
     }
     if checkpoints.exist() {
         return Err(Error::input(
             has("which is not finished"),
-            "go on with --resume (resume=True), or give another folder",
+            Wording::from("go on with ").choice("resume", "").words(", or give another folder"),
         ));
     }
     let asked_there = std::fs::read(folder.join(CASE)).ok();
@@ -436,14 +437,17 @@ fn refuse_begun(options: &RunOptions, checkpoints: &Checkpoints, stated: &Stated
     if folder.join(PROBES).exists() {
         return Err(Error::input(
             has("which ended before its first checkpoint"),
-            "start it anew with --resume (resume=True) if the case is the same, or with --force (force=True), or give \
-             another folder",
+            Wording::from("start it anew with ")
+                .choice("resume", "")
+                .words(" if the case is the same, or with ")
+                .choice("force", "")
+                .words(", or give another folder"),
         ));
     }
     if options.resume {
         return Err(Error::input(
             format!("{} has no checkpoint to resume from", folder.display()),
-            "leave --resume (resume=True) out, to start anew",
+            Wording::from("leave ").choice("resume", "").words(" out, to start anew"),
         ));
     }
     Ok(())

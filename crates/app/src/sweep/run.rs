@@ -64,7 +64,7 @@ impl Summary {
         let (done, all) = (self.counts.done + self.counts.failed, self.counts.all);
         let kept = store.path().display();
         let message = format!("{done} of {all} jobs are finished and kept in {kept}; run the same again to go on");
-        Err(Error::Interrupted { message })
+        Err(Error::Interrupted { message: message.into() })
     }
 }
 

@@ -14,6 +14,7 @@ mod cracks;
 mod fields;
 mod hybrid;
 mod interfaces;
+mod kinds;
 mod large_motion;
 mod outcomes;
 mod packing;

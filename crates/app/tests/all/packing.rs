@@ -178,7 +178,7 @@ fn crystals_match_their_closed_forms() {
         crystal(Crystal::Sc, 1.0, [0, 1, 1], 0.0, 0),
         crystal(Crystal::Sc, 1.0, [1; 3], f64::NAN, 0),
     ] {
-        assert!(matches!(wrong, Err(Error::Input { .. })));
+        assert!(matches!(wrong, Err(Error::Failure { .. })));
     }
 }
 
@@ -358,7 +358,7 @@ fn wrong_wishes_are_refused() {
         radii(Radii::Table { rows: vec![(1.0, -1.0)], share: Share::Volume }),
     ];
     for asked in wrong {
-        assert!(matches!(random(&asked), Err(Error::Input { .. })), "{asked:?}");
+        assert!(matches!(random(&asked), Err(Error::Failure { .. })), "{asked:?}");
     }
     // A single sphere is a packing, if a poor one; its own images touch at a porosity of 1 − π/6.
     assert_eq!(random(&wanted(1, Target::Porosity(0.6))).unwrap().report.outcome, Outcome::Reached);

@@ -289,7 +289,10 @@ fn rows_of_one_name_are_chosen_by_line() {
     std::fs::write(&path, format!("{HEADER}\nQ,300 K,{GOOD}\nQ,600 K,{hot}\nR,,{GOOD}\n")).unwrap();
     let find = |row: &str| anisobond_formats::find_material(path.to_str().unwrap(), Some(row), None);
     let message = find("Q").unwrap_err().to_string();
-    assert!(message.contains("2 rows are called Q, in lines 2 and 3") && message.contains("--row line:2"), "{message}");
+    assert!(
+        message.contains("2 rows are called Q, in lines 2 and 3") && message.contains("row = \"line:2\""),
+        "{message}"
+    );
     let [first, second] = ["line:2", "line:3"].map(|row| find(row).unwrap().stiffness.voigt()[(0, 0)]);
     assert_eq!([first, second], [270e9, 240e9]);
     assert!(find("R").is_ok());

@@ -48,7 +48,7 @@ fn stopped<T>(watch: &Watch, after: u64, work: impl FnOnce() -> Result<T>) -> St
     let outcome = work();
     assert!((after..=after + THREADS).contains(&watch.iterations()), "{} after {after}", watch.iterations());
     match outcome {
-        Err(Error::Interrupted { message }) => message,
+        Err(Error::Interrupted { message }) => message.to_string(),
         Err(other) => panic!("{other}"),
         Ok(_) => panic!("the work was finished"),
     }

@@ -16,7 +16,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use anisobond::tensor::{Material, SymmetryClass};
 use anisobond::{Error, Result};
-use anisobond_app::{REPLACE, studio_page};
+use anisobond_app::studio_page;
 use serde::Deserialize;
 use serde_json::json;
 
@@ -218,7 +218,7 @@ impl Studio {
     fn calibrate(&self, question: Question) -> String {
         let answer = match self.worker.ask(question) {
             None => return json!({ "superseded": true }).to_string(),
-            Some(Err(error)) => return json!({ "error": error.to_string() }).to_string(),
+            Some(Err(error)) => return refusal(&error).to_string(),
             Some(Ok(answer)) => Arc::new(answer),
         };
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
@@ -246,7 +246,7 @@ impl Studio {
                 .with("Content-Disposition", "attachment")
                 .with("Content-Security-Policy", "sandbox"),
             Ok(None) => Response::refusal(404, "no such file"),
-            Err(error) => Response::refusal(400, &error.to_string()),
+            Err(error) => Response::refusal(400, &text::sentence(&error)),
         }
     }
 
@@ -262,15 +262,24 @@ impl Studio {
         };
         match saved() {
             Ok(own) => json!({ "folder": Path::display(&own).to_string() }),
-            Err(error) => json!({ "error": Error::to_string(&error), "others": holds_others(&error) }),
+            Err(error) => {
+                let mut said = refusal(&error);
+                said["others"] = holds_others(&error).into();
+                said
+            }
         }
         .to_string()
     }
 }
 
+/// An error as JSON: its sentence, and its kind for programs.
+fn refusal(error: &Error) -> serde_json::Value {
+    json!({ "error": text::sentence(error), "kind": error.kind().name() })
+}
+
 /// Whether a folder was refused for the results that it holds.
 fn holds_others(error: &Error) -> bool {
-    matches!(error, Error::Input { remedy, .. } if remedy == REPLACE)
+    matches!(error, Error::Failure { remedy, .. } if remedy.names("force"))
 }
 
 /// A folder's name of letters, digits and dashes.

@@ -154,7 +154,10 @@ fn tables_keep_their_order_and_their_failures() {
         assert_eq!(row["id"], format!("x-{i}"));
         match i {
             3 => assert!(row["error"].as_str().unwrap().contains("line 5") && row["error"].to_string().contains("c11")),
-            7 => assert!(row["error"].as_str().unwrap().contains("not positive definite")),
+            7 => {
+                assert!(row["error"].as_str().unwrap().contains("not positive definite"));
+                assert_eq!(row["kind"], "input");
+            }
             _ => assert!(row["relative_error"].as_f64().unwrap() < 0.1 && row["feasible"] == true),
         }
     }

@@ -390,7 +390,7 @@ fn what_cannot_be_exported_is_refused() {
     stdout(&["calibrate", "Si", "--horizon", "3", "-o", &path("si")]);
     refused(&["export", &path("si"), "--to", "lammps", "--nodes", "6"], &["[6, 6, 6]", "at least 7,7,7"]);
     refused(&["export", &path("si"), "--to", "lammps", "--nodes", "a"], &["--nodes a", "8,8,6"]);
-    refused(&["export", &path("nowhere"), "--to", "lammps"], &["holds no bonds", "calibrate -o"]);
+    refused(&["export", &path("nowhere"), "--to", "lammps"], &["holds no bonds", "calibrate or lattice"]);
     refused(&["export", &path("si"), "--to", "ansys"], &["ansys", "lammps"]);
     assert!(!folder.path().join("si/lammps").exists());
 }

@@ -139,7 +139,11 @@ fn a_typed_tensor_is_calibrated_and_taken_away() {
 #[test]
 fn wrong_input_says_what_the_command_line_says() {
     let studio = Studio::start(&[]);
-    let error = |asked: &Value| studio.post("calibrate", asked)["error"].as_str().expect("an error").to_string();
+    let error = |asked: &Value| {
+        let answer = studio.post("calibrate", asked);
+        assert_eq!(answer["kind"], "input");
+        answer["error"].as_str().expect("an error").to_string()
+    };
     let said = |args: &[&str]| refused(args, 2).trim().trim_start_matches("anisobond: ").to_string();
     let name = |name: &str| json!({ "name": name });
     assert_eq!(error(&question(name("KI03"), json!({}))), said(&["calibrate", "KI03"]));

@@ -74,7 +74,7 @@ fn unusable(why: &str) -> Error {
 /// What is wrong, and where, without the remedy.
 fn reason(error: &Error) -> String {
     match error {
-        Error::Input { place, problem, .. } => format!("{place}: {problem}"),
+        Error::Failure { place, problem, .. } => format!("{place}: {problem}"),
         other => other.to_string(),
     }
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use twox_hash::XxHash3_128;
 
 use crate::csv_text::line;
-use anisobond::{Error, Result};
+use anisobond::{Error, Result, Wording};
 
 /// A CSV file of numbers, one row at a time.
 pub struct ProbeTable {
@@ -40,7 +40,8 @@ impl ProbeTable {
         let mut file = OpenOptions::new().read(true).write(true).open(&path).map_err(failed)?;
         let wrong = |what: &str| {
             let problem = format!("{} {what}", path.display());
-            Err(Error::input(problem, "start the run anew, in another folder or with --force (force=True)"))
+            let remedy = Wording::from("start the run anew, in another folder or with ").choice("force", "");
+            Err(Error::input(problem, remedy))
         };
         if file.metadata().map_err(failed)?.len() < bytes {
             return wrong("is shorter than the checkpoint says");

@@ -182,7 +182,7 @@ impl Correction {
             refused_shares.push(share);
         }
         let unstable = || {
-            Error::input(
+            Error::mechanism(
                 "no share of the bonds with a nodal term is a stable lattice",
                 "give a larger contact radius or horizon, or use the micropolar model",
             )

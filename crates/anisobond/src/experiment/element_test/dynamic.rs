@@ -124,7 +124,7 @@ impl DynamicTest {
             ));
         }
         if network.bonds.is_empty() {
-            return Err(Error::input("the lattice has no bonds", "give a larger contact radius"));
+            return Err(Error::mechanism("the lattice has no bonds", "give a larger contact radius"));
         }
         Mechanism::of_graph(network, self.rotations == Rotations::Free).refuse()?;
         let list = BondList::new(network)?;

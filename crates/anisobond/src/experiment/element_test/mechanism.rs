@@ -97,7 +97,7 @@ impl Mechanism {
         if faults.is_empty() {
             return Ok(());
         }
-        Err(Error::input(
+        Err(Error::mechanism(
             format!("the lattice is a mechanism: it has {}", faults.join(" and ")),
             "give a larger contact radius, remove these nodes, or ask for mechanisms to be reported only",
         ))

@@ -140,7 +140,7 @@ impl ElementTest {
         }
         let field = strain_lanes(&x);
         if solver.negative_curvature && self.mechanisms == Mechanisms::Refuse {
-            return Err(Error::input(
+            return Err(Error::mechanism(
                 "the lattice is not stable: there are displacements that lower its energy",
                 "use a nodal term with no negative eigenvalue, stiffer bonds, or ask for such lattices to be reported only",
             ));
@@ -167,7 +167,7 @@ impl ElementTest {
     /// What the bonds' graph alone says, before any solve.
     fn mechanism_of_graph(&self, network: &Network) -> Result<Mechanism> {
         if network.bonds.is_empty() {
-            return Err(Error::input("the lattice has no bonds", "give a larger contact radius"));
+            return Err(Error::mechanism("the lattice has no bonds", "give a larger contact radius"));
         }
         let mechanism = Mechanism::of_graph(network, self.rotations == Rotations::Free);
         if self.mechanisms == Mechanisms::Refuse {
@@ -324,7 +324,7 @@ fn refuse_free_strain(measured: &Stiffness) -> Result<()> {
     }
     let strain = strains.column(0);
     let strain: Vec<String> = (0..6).map(|a| format!("{:.3}", strain[a] / mandel_weight(a) + 0.0)).collect();
-    Err(Error::input(
+    Err(Error::mechanism(
         format!(
             "the lattice is a mechanism as a whole: the strain (11 22 33 23 13 12) = ({}) costs no energy",
             strain.join(" ")

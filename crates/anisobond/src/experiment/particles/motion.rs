@@ -188,7 +188,7 @@ impl ParticleMotion {
     fn thrown_out(&self, runaway: &Runaway) -> Error {
         let Runaway { sphere, speed } = *runaway;
         let x = self.particles.model().packing.centres()[sphere] + self.particles.displacement(sphere) + self.origin;
-        Error::input(
+        Error::diverged(
             format!(
                 "sphere {} at ({:.4e}, {:.4e}, {:.4e}) m has been thrown out at {speed:.3e} m/s, beyond {:.3e} m/s",
                 sphere + 1,

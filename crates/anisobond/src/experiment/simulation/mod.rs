@@ -331,7 +331,7 @@ impl Simulation {
             true => ("explodes", "use a smaller time step"),
             false => ("is no longer a number", "use a smaller time step, and look at the loads"),
         };
-        Err(Error::input(format!("the motion {what}{place} at t = {:.4e} s", self.time()), remedy))
+        Err(Error::diverged(format!("the motion {what}{place} at t = {:.4e} s", self.time()), remedy))
     }
 
     /// Whether the last step is done, or the body broke.

@@ -37,7 +37,7 @@ impl Simulation {
         if step <= stable {
             return Ok(());
         }
-        Err(Error::input(
+        Err(Error::diverged(
             format!(
                 "the time step {step:.4e} s is above the stable one of the body as it is strained at t = {time:.4e} s, \
                  {stable:.4e} s (nodal terms: ‖E‖ up to {strain:.2})"

@@ -193,7 +193,7 @@ impl Statics {
                 Err(Error::Interrupted { message: "equilibrium was not found yet".into() })
             }
             Settled { ended: SettlingEnd::Unheld, .. } => match unheld {
-                Some(Error::Input { problem, .. }) if failed => {
+                Some(Error::Failure { problem, .. }) if failed => {
                     let what = problem.split_once(": ").map_or(problem.as_str(), |(_, modes)| modes);
                     broke(Collapse::Apart, what.to_string())
                 }
@@ -236,7 +236,7 @@ fn not_found(settled: &Settled) -> Error {
         0 => String::new(),
         n => format!(", {n} bonds of this load step having failed in {} equilibria", settled.equilibria),
     };
-    Error::input(
+    Error::not_converged(
         format!("the solver did not find equilibrium{ended}{broken}"),
         "use more load steps or a looser tolerance, or follow the body in motion",
     )

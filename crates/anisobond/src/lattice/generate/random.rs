@@ -234,7 +234,7 @@ impl Trials<'_> {
                 return Ok(trial.packing);
             }
         }
-        Err(Error::input(
+        Err(Error::not_converged(
             format!(
                 "no packing free of overlaps was found in {MOST_TRIALS} trials, the last at porosity {:.3}",
                 1.0 - solid
@@ -276,7 +276,10 @@ impl Trials<'_> {
             solid = if inside { proportional } else { 0.5 * (low + high) };
         }
         let Some((error, packing)) = nearest else {
-            return Err(Error::input("no packing free of overlaps was found", "ask for a smaller coordination"));
+            return Err(Error::not_converged(
+                "no packing free of overlaps was found",
+                "ask for a smaller coordination",
+            ));
         };
         let smallest_change = 2.0 / packing.len() as f64;
         let reached = error <= (COORDINATION_TOLERANCE * coordination).max(smallest_change);
@@ -306,7 +309,7 @@ impl Trials<'_> {
             match observe(&Progress { trial, iterations, porosity: 1.0 - solid, largest_overlap }) {
                 ControlFlow::Continue(()) => Ok(()),
                 ControlFlow::Break(()) => {
-                    Err(Error::Interrupted { message: format!("packing {trial} was not finished") })
+                    Err(Error::Interrupted { message: format!("packing {trial} was not finished").into() })
                 }
             }
         })?;

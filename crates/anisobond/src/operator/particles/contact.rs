@@ -305,7 +305,7 @@ fn near_pairs(scene: &Scene, reach: f64) -> Result<Vec<Near>> {
             let back = stretch
                 .try_inverse()
                 .filter(|_| least > 0.0)
-                .ok_or_else(|| Error::input("the periodic cell has collapsed", "deform it less"))?;
+                .ok_or_else(|| Error::diverged("the periodic cell has collapsed", "deform it less"))?;
             (Some(edges), back, least)
         }
     };

@@ -98,7 +98,7 @@ impl FreeModes {
                 }
             }
             if along.norm() > WORK * force.norm() {
-                return Err(Error::input(
+                return Err(Error::mechanism(
                     format!(
                         "the node at {} m is pulled along {} but no bond holds it in that direction",
                         words(&at),
@@ -115,7 +115,7 @@ impl FreeModes {
                 work.abs() > WORK * load_norm
             });
             if works {
-                return Err(Error::input(
+                return Err(Error::mechanism(
                     format!("the load moves a body that nothing holds: {}", self.describe_part(number).join(", ")),
                     "prescribe displacements that prevent these motions, or give loads that balance",
                 ));

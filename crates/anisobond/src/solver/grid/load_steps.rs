@@ -115,7 +115,7 @@ pub fn load_steps<B: Breaking>(
         u = next;
         let Settled { equilibria, broken, report: Some(report), ended } = settled else { break };
         if ended == SettlingEnd::StillFailing {
-            return Err(place(Error::input(
+            return Err(place(Error::not_converged(
                 format!("bonds still break after {MOST_EQUILIBRIA} equilibria of one load step"),
                 "the body comes apart: follow it in motion instead",
             )));

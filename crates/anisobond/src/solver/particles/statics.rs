@@ -106,7 +106,9 @@ pub fn equilibrium_seen(
         return Err(Error::Interrupted { message: "equilibrium was not found yet".into() });
     }
     if !report.converged {
-        return Err(Error::input(
+        // Given up before its time, the solve met a motion that costs no energy.
+        let said = if report.iterations < stopping.most_iterations { Error::mechanism } else { Error::not_converged };
+        return Err(said(
             format!(
                 "equilibrium was not reached in {} iterations (relative residual {:.1e})",
                 report.iterations, report.residual
@@ -138,7 +140,7 @@ fn refuse_loose(list: &BondList, x: &[NodeField<1>], b: &[NodeField<1>], held: &
         return Ok(());
     }
     let names: Vec<String> = loose.iter().take(LISTED).map(|i| (i + 1).to_string()).collect();
-    Err(Error::input(
+    Err(Error::mechanism(
         format!(
             "nothing holds {} spheres against their loads: number {}{}",
             loose.len(),

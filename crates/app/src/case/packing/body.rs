@@ -266,7 +266,7 @@ fn evidence(region: &str, study: &LatticeStudy, p: &PackingStatement) -> Result<
             let test = ElementTest { rotations: p.rotations, ..ElementTest::default() };
             test.run(&study.network()).and_then(|r| match r.solver.converged {
                 true => Ok(r.measured),
-                false => Err(Error::input("its element test did not converge", "give a larger contact radius")),
+                false => Err(Error::not_converged("its element test did not converge", "give a larger contact radius")),
             })
         }
     };
