@@ -5,11 +5,11 @@ use crate::common;
 use std::f64::consts::PI;
 
 use anisobond::experiment::closed_forms::{
-    BarnettLothe, Cantilever, CentreCrack, PressurisedHole, bar_wave, plate_waves, rayleigh_wave,
+    BarnettLothe, Cantilever, CentreCrack, PressurisedHole, Stroh, bar_wave, plate_waves, rayleigh_wave,
 };
 use anisobond::tensor::{Material, Stiffness};
 use common::Random;
-use nalgebra::{Matrix3, Matrix6, Vector3};
+use nalgebra::{Complex, Matrix3, Matrix6, Vector3};
 
 /// S's rock (Pa), axis of anisotropy along x₃.
 fn rock() -> Stiffness {
@@ -316,4 +316,102 @@ fn wrong_input_is_named() {
     let aslant = c.rotated(&Random(1).rotation());
     told(Cantilever::new(&aslant, 1.0, 0.1, 1.0, true).unwrap_err(), "couples");
     told(Cantilever::new(&c, 0.0, 0.1, 1.0, true).unwrap_err(), "length");
+}
+
+/// K = √(πa) t in any medium: mode I is across the crack, II along it, III along the axis (Irwin 1957).
+#[test]
+fn stress_intensities_are_those_of_a_crack_in_an_infinite_plate() {
+    for (name, c) in tensors() {
+        for (a, t) in [(1.0, [0.0, 1.0, 0.0]), (0.02, [0.0, -3e6, 0.0]), (7.0, [2e5, 1e5, -4e5])] {
+            let t = Vector3::from(t);
+            let crack = CentreCrack::new(&c, a, &t).unwrap();
+            let k = crack.stress_intensity();
+            assert!((k / (PI * a).sqrt() - t).norm() < 1e-14 * t.norm(), "{name}");
+            // G is quadratic in the load and linear in the length.
+            let longer = CentreCrack::new(&c, 4.0 * a, &(3.0 * t)).unwrap();
+            assert!((longer.stress_intensity() - 6.0 * k).norm() < 1e-12 * k.norm(), "{name}");
+            let ratio = longer.energy_release_rate() / crack.energy_release_rate();
+            assert!((ratio / 36.0 - 1.0).abs() < 1e-12, "{name}: {ratio}");
+        }
+    }
+}
+
+/// The field u = Re Σ a_α f(z_α) q_α, φ = Re Σ b_α f(z_α) q_α with f = √(z² − a²) and q = B⁻¹ t has no traction on the faces, and
+/// t far away (Ting 1996, section 11.1): ahead of a tip its traction is K/√(2πr), behind it is the opening. Its roots are not
+/// those of the Barnett-Lothe tensors, which have none.
+#[test]
+fn stress_intensities_and_openings_are_those_of_strohs_field() {
+    let mut tried = 0;
+    for (name, c) in tensors() {
+        let Some(stroh) = Stroh::new(&c) else { continue };
+        tried += 1;
+        let (a, t) = (0.3, 1e-3 * c.norm() * Vector3::new(0.4, 1.0, -0.7));
+        let crack = CentreCrack::new(&c, a, &t).unwrap();
+        let q = stroh.b.try_inverse().unwrap() * t.map(|x| Complex::new(x, 0.0));
+        let root = |z: Complex<f64>| (z - a).sqrt() * (z + a).sqrt();
+        let at = |x: f64, y: f64| stroh.roots.map(|p| Complex::new(x, 0.0) + p * y);
+        let sum =
+            |m: &Matrix3<Complex<f64>>, f: [Complex<f64>; 3]| (m * Vector3::from_fn(|k, _| f[k] * q[k])).map(|x| x.re);
+        let y = 1e-13 * a;
+        for x in [-0.9, -0.3, 0.0, 0.5, 0.99] {
+            let faces = [y, -y].map(|y| sum(&stroh.a, at(x * a, y).map(root)));
+            let (opening, exact) = (crack.opening(x * a), faces[0] - faces[1]);
+            assert!((opening - exact).norm() < 1e-8 * exact.norm(), "{name} at {x}: {opening} {exact}");
+            // σ·e₂ = φ,₁.
+            let traction = sum(&stroh.b, at(x * a, y).map(|z| z / root(z)));
+            assert!(traction.norm() < 1e-8 * t.norm(), "{name} at {x}: {traction}");
+        }
+        assert_eq!(crack.opening(1.01 * a), Vector3::zeros());
+        let far = sum(&stroh.b, at(1e5 * a, 2e5 * a).map(|z| z / root(z)));
+        assert!((far - t).norm() < 1e-8 * t.norm(), "{name}");
+        let r = 1e-8 * a;
+        let traction = sum(&stroh.b, at(a + r, 0.0).map(|z| z / root(z)));
+        let k = (2.0 * PI * r).sqrt() * traction;
+        assert!((k - crack.stress_intensity()).norm() < 1e-6 * k.norm(), "{name}: {k}");
+        // Virtual closing of the last δ: G = lim 1/(2δ) ∫ σ(r)·Δu(δ − r) dr = π/4 √(2/π)² … = ½ K·Δu(δ)/√(8δ/π) (Irwin 1957).
+        let behind = crack.opening(a - r);
+        let g = 0.5 * k.dot(&behind) / (8.0 * r / PI).sqrt();
+        assert!((g / crack.energy_release_rate() - 1.0).abs() < 1e-6, "{name}: {g}");
+    }
+    assert!(tried > 20, "{tried}");
+}
+
+/// Orthotropic media with the crack along an axis (Sih, Paris & Irwin 1965), b_ij = s_ij − s_i3 s_j3/s₃₃ of plane strain:
+/// G_I = K_I² √(b₁₁b₂₂/2) √(√(b₂₂/b₁₁) + (2b₁₂ + b₆₆)/2b₁₁), G_II = K_II² b₁₁/√2 √(the same), G_III = ½ K_III² √(s₄₄s₅₅); and
+/// as the medium becomes isotropic, Irwin's (1 − ν²)/E (K_I² + K_II²) + (1 + ν)/E K_III².
+#[test]
+fn energy_release_of_orthotropic_media_is_that_of_sih_paris_and_irwin() {
+    let (e, nu) = (10.0, 0.3);
+    let mut of_isotropic = Matrix6::zeros();
+    for i in 0..3 {
+        for j in 0..3 {
+            of_isotropic[(i, j)] = if i == j { 1.0 / e } else { -nu / e };
+        }
+        of_isotropic[(i + 3, i + 3)] = 2.0 * (1.0 + nu) / e;
+    }
+    let mut change = Matrix6::zeros();
+    for (i, j, x) in [(0, 0, -0.05), (1, 1, 0.3), (2, 2, 0.04), (0, 1, 0.02), (0, 2, 0.01), (1, 2, -0.015)] {
+        (change[(i, j)], change[(j, i)]) = (x, x);
+    }
+    (change[(3, 3)], change[(4, 4)], change[(5, 5)]) = (0.4, -0.1, 0.7);
+    for part in [1.0, 0.3, 1e-2, 1e-5, 0.0] {
+        let s: Matrix6<f64> = of_isotropic + part * change;
+        let c = Stiffness::from_compliance_voigt(&s).unwrap();
+        let b = |i: usize, j: usize| s[(i, j)] - s[(i, 2)] * s[(j, 2)] / s[(2, 2)];
+        let shape = ((b(1, 1) / b(0, 0)).sqrt() + (2.0 * b(0, 1) + b(5, 5)) / (2.0 * b(0, 0))).sqrt();
+        let rates = [
+            b(0, 0) / 2f64.sqrt() * shape,
+            (0.5 * b(0, 0) * b(1, 1)).sqrt() * shape,
+            0.5 * (s[(3, 3)] * s[(4, 4)]).sqrt(),
+        ];
+        for t in [Vector3::x(), Vector3::y(), Vector3::z(), Vector3::new(1.0, -2.0, 0.5)] {
+            let crack = CentreCrack::new(&c, 0.7, &t).unwrap();
+            let k = crack.stress_intensity();
+            let exact: f64 = (0..3).map(|m| k[m] * k[m] * rates[m]).sum();
+            assert!((crack.energy_release_rate() / exact - 1.0).abs() < 1e-11, "{part} {t}");
+            let irwin = (1.0 - nu * nu) / e * (k.x * k.x + k.y * k.y) + (1.0 + nu) / e * k.z * k.z;
+            // Linear in what is left of the anisotropy.
+            assert!((exact / irwin - 1.0).abs() <= 6.0 * part + 1e-12, "{part} {t}: {exact} {irwin}");
+        }
+    }
 }
