@@ -38,7 +38,7 @@ impl<T: Real> GridBonds<T> {
     /// k the largest of any stencil; exact for a periodic body of one stencil, and a bound for what is left when bonds of
     /// it are taken away. Of nodes: 2 Σ k n⊗n. Of Lanczos steps (for several stencils or a nodal term): from a random
     /// start, too low with probability 10⁻⁹ (Kuczyński and Woźniakowski 1992, theorem 4.2); in a large body, of its windows
-    /// (see [`GridBonds::between_windows`]).
+    /// (`between_windows`).
     ///
     /// # Errors
     /// Densities that are missing or not positive.
