@@ -81,12 +81,18 @@ struct Corner {
     laplacian: f64,
 }
 
-/// A box: a face, and the ranges of t and of the two coordinates on the face; bits of a corner's number say which end.
+/// Where a box is: a face, and the ranges of t and of the two coordinates on the face; bits of a corner's number say which end.
+#[derive(Clone, Copy)]
+pub(super) struct Range {
+    pub face: usize,
+    pub low: [f64; 3],
+    pub high: [f64; 3],
+}
+
+/// A box and its corners.
 #[derive(Clone)]
 struct Piece {
-    face: usize,
-    low: [f64; 3],
-    high: [f64; 3],
+    range: Range,
     corners: [Corner; 8],
     /// What is expected of it where it is too large to be decided, and not looked at.
     expected: Option<Open>,
@@ -159,9 +165,9 @@ impl<'a> Energy<'a> {
     /// What the bends of (D − m κ²)/t² within a box take from its corners at most, by axis: ½ h² L, L ⪰ 0 the positive part
     /// of a matrix that is above the second derivative everywhere in the box.
     fn bends(&self, piece: &Piece, m: f64) -> Losses {
-        let [h, ha, hb] = piece.half_widths();
-        let [a, b] = axes(piece.face);
-        let (t, s) = (0.5 * (piece.low[0] + piece.high[0]), piece.middle());
+        let [h, ha, hb] = piece.range.half_widths();
+        let [a, b] = axes(piece.range.face);
+        let (t, s) = (0.5 * (piece.range.low[0] + piece.range.high[0]), piece.range.middle());
         let powers = HalfPhases::new(&[t * s], self.bonds.reach());
         let mut bent = [Symmetric::default(); 3];
         let mut averages = Averages::default();
@@ -200,7 +206,7 @@ impl<'a> Energy<'a> {
                 averages.slopes[2].add(&v, cos * o[b], size * o[b].abs() * off_cos);
                 let off = odd2.abs() * (most_os.powi(3) - size_os.powi(3)) + most_os.powi(3) * turn / 4.0;
                 averages.bends[0].add(&v, odd2 * os.powi(3), size * off);
-                let off = off_sin * piece.high[0] + sin.abs() * h;
+                let off = off_sin * piece.range.high[0] + sin.abs() * h;
                 averages.bends[1].add(&v, -sin * t * o[a] * o[a], size * o[a] * o[a] * off);
                 averages.bends[2].add(&v, -sin * t * o[b] * o[b], size * o[b] * o[b] * off);
             }
@@ -310,7 +316,7 @@ impl Search<'_> {
             for r in 0..RADIAL_PARTS {
                 let corners = std::array::from_fn(|c| layers[r + (c & 1)][c >> 1]);
                 let (low, high) = ([radius(r), low[0], low[1]], [radius(r + 1), high[0], high[1]]);
-                out.push_back(Piece { face, low, high, corners, expected: None });
+                out.push_back(Piece { range: Range { face, low, high }, corners, expected: None });
             }
         }
         out
@@ -323,20 +329,14 @@ impl Search<'_> {
     }
 
     /// The two halves of a piece, along the axis with the largest loss.
-    fn halves(&mut self, mut piece: Piece, open: &Open) -> [Piece; 2] {
+    fn halves(&mut self, piece: Piece, open: &Open) -> [Piece; 2] {
         let axis = open.axis();
-        piece.expected = if piece.expected.is_some() { None } else { open.halved(axis) };
-        let middle = 0.5 * (piece.low[axis] + piece.high[axis]);
-        let (mut lower, mut upper) = (piece.clone(), piece);
-        (lower.high[axis], upper.low[axis]) = (middle, middle);
-        // The corners of the lower half that lie in the plane between.
-        let between = [[1, 3, 5, 7], [2, 3, 6, 7], [4, 5, 6, 7]][axis];
-        let new = self.evaluate(between.map(|c: usize| lower.at(c)));
-        for (c, corner) in between.into_iter().zip(new) {
-            lower.corners[c] = corner;
-            upper.corners[c & !(1 << axis)] = corner;
-        }
-        [lower, upper]
+        let expected = if piece.expected.is_some() { None } else { open.halved(axis) };
+        halved(&piece.range, &piece.corners, axis, |places| self.evaluate(places)).map(|(range, corners)| Piece {
+            range,
+            corners,
+            expected,
+        })
     }
 
     /// `None` if every corner stays positive; else what each axis takes from the weakest one.
@@ -407,7 +407,7 @@ struct Averages {
     bends: [Ball; 3],
 }
 
-impl Piece {
+impl Range {
     /// s of the middle.
     fn middle(&self) -> Vector3<f64> {
         let middle = |axis: usize| 0.5 * (self.low[axis] + self.high[axis]);
@@ -415,19 +415,46 @@ impl Piece {
         place(self.face, &s, &s, 0)
     }
 
-    fn half_widths(&self) -> [f64; 3] {
+    pub fn half_widths(&self) -> [f64; 3] {
         std::array::from_fn(|a| 0.5 * (self.high[a] - self.low[a]))
     }
 
     /// s of a corner.
-    fn place(&self, c: usize) -> Vector3<f64> {
+    pub fn place(&self, c: usize) -> Vector3<f64> {
         place(self.face, &[self.low[1], self.low[2]], &[self.high[1], self.high[2]], c >> 1)
     }
 
     /// t and s of a corner.
-    fn at(&self, c: usize) -> (f64, Vector3<f64>) {
+    pub fn at(&self, c: usize) -> (f64, Vector3<f64>) {
         (if c & 1 == 0 { self.low[0] } else { self.high[0] }, self.place(c))
     }
+
+    /// The two halves along an axis.
+    fn halves(&self, axis: usize) -> [Range; 2] {
+        let middle = 0.5 * (self.low[axis] + self.high[axis]);
+        let (mut lower, mut upper) = (*self, *self);
+        (lower.high[axis], upper.low[axis]) = (middle, middle);
+        [lower, upper]
+    }
+}
+
+/// The halves of a box along an axis with their corners: `evaluate` is given the places t, s of those that are new.
+pub(super) fn halved<C: Copy>(
+    range: &Range,
+    corners: &[C; 8],
+    axis: usize,
+    evaluate: impl FnOnce([(f64, Vector3<f64>); LANES]) -> [C; LANES],
+) -> [(Range, [C; 8]); 2] {
+    let [low, high] = range.halves(axis);
+    let (mut lower, mut upper) = (*corners, *corners);
+    // The corners of the lower half that lie in the plane between.
+    let between = [[1, 3, 5, 7], [2, 3, 6, 7], [4, 5, 6, 7]][axis];
+    let new = evaluate(between.map(|c: usize| low.at(c)));
+    for (c, corner) in between.into_iter().zip(new) {
+        lower[c] = corner;
+        upper[c & !(1 << axis)] = corner;
+    }
+    [(low, lower), (high, upper)]
 }
 
 /// The axes of a face.

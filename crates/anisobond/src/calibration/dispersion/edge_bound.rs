@@ -21,8 +21,8 @@ use nalgebra::{Matrix6, Vector3};
 
 use super::bond_sums::{BondSums, HalfPhases};
 use super::bound::{
-    Form, Found, LANES, ROUNDING, Symmetric, add, at, axes, form_of, is_positive, less, matrix, more, place, softest,
-    times, weakest_of,
+    Form, Found, LANES, ROUNDING, Range, Symmetric, add, at, axes, form_of, halved, is_positive, less, matrix, more,
+    place, softest, times, weakest_of,
 };
 use super::upper;
 use crate::tensor::PAIRS;
@@ -35,7 +35,7 @@ const RADIAL_PARTS: usize = 4;
 pub struct FarEnergy<'a> {
     bonds: BondSums,
     spacing: f64,
-    nodal: Option<Nodal<'a>>,
+    nodal: Nodal<'a>,
     /// Γ of the whole, Γ_b with |w|, and Γ with w⁺ (Σ|o_a|)², an upper bound of Σ w (o·s)⁴ on the cube.
     long_waves: Form,
     curvature: Form,
@@ -66,12 +66,10 @@ struct Corner {
     laplacian: f64,
 }
 
-/// A box: a face, and the ranges of t and of the two coordinates on the face; bits of a corner's number say which end.
+/// A box and its corners.
 #[derive(Clone)]
 struct Piece {
-    face: usize,
-    low: [f64; 3],
-    high: [f64; 3],
+    range: Range,
     corners: [Corner; 8],
 }
 
@@ -82,8 +80,8 @@ type Losses = [Symmetric; 3];
 type Open = [f64; 3];
 
 impl<'a> FarEnergy<'a> {
-    /// Of bonds alone, their weights in Pa/m².
-    pub fn new(bonds: BondSums, spacing: f64) -> Self {
+    /// Of bonds, their weights in Pa/m², and a nodal term: Z (Pa) and the v of every bond (1/m).
+    pub fn new(bonds: BondSums, spacing: f64, term: &Matrix6<f64>, gradients: &'a [Vector3<f64>]) -> Self {
         let (mut long_waves, mut curvature, mut quartic) = (Form::default(), Form::default(), Form::default());
         for (w, o) in bonds.weights().iter().zip(bonds.offsets()) {
             let o = o.map(f64::from);
@@ -98,12 +96,7 @@ impl<'a> FarEnergy<'a> {
                 }
             }
         }
-        let norm = curvature[..3].iter().map(|m| m[0] + m[1] + m[2]).sum();
-        FarEnergy { bonds, spacing, nodal: None, long_waves, curvature, quartic, norm }
-    }
-
-    /// With a nodal term: Z (Pa) and the v of every bond (1/m).
-    pub fn with_nodal(mut self, term: &Matrix6<f64>, gradients: &'a [Vector3<f64>]) -> Self {
+        let norm: f64 = curvature[..3].iter().map(|m| m[0] + m[1] + m[2]).sum();
         let eigen = term.symmetric_eigen();
         let positive = eigen.eigenvectors
             * Matrix6::from_diagonal(&eigen.eigenvalues.map(|z| z.max(0.0)))
@@ -118,8 +111,8 @@ impl<'a> FarEnergy<'a> {
             second_along: [0.0; 3],
             third_along: [0.0; 3],
         };
-        for (v, o) in gradients.iter().zip(self.bonds.offsets()) {
-            let (v, o) = (self.spacing * v.norm(), Vector3::from(o.map(f64::from)));
+        for (v, o) in gradients.iter().zip(bonds.offsets()) {
+            let (v, o) = (spacing * v.norm(), Vector3::from(o.map(f64::from)));
             nodal.second += v * o.norm_squared();
             nodal.third += v * o.norm().powi(3);
             for a in 0..3 {
@@ -127,12 +120,11 @@ impl<'a> FarEnergy<'a> {
                 nodal.third_along[a] += v * o[a] * o[a] * o.norm();
             }
         }
-        for (sum, row) in self.long_waves.iter_mut().zip(&nodal.whole) {
+        for (sum, row) in long_waves.iter_mut().zip(&nodal.whole) {
             add(sum, 1.0, row);
         }
-        self.norm += nodal.norm;
-        self.nodal = Some(nodal);
-        self
+        let norm = norm + nodal.norm;
+        FarEnergy { bonds, spacing, nodal, long_waves, curvature, quartic, norm }
     }
 
     /// Whether D(k) ⪰ m κ²(k) in the whole zone (m in Pa), by about so many evaluations of D at most; how many were used.
@@ -145,15 +137,10 @@ impl<'a> FarEnergy<'a> {
     fn corners(&self, thetas: [Vector3<f64>; LANES]) -> [Corner; LANES] {
         let powers = HalfPhases::new(&thetas, self.bonds.reach());
         let bonds = self.bonds.even(&powers, self.bonds.weights(), |sin, _| 4.0 * sin * sin);
-        let g = match &self.nodal {
-            None => [Vector3::zeros(); LANES],
-            Some(nodal) => self.bonds.odd(&powers, nodal.gradients).map(|g| self.spacing * g),
-        };
+        let g = self.bonds.odd(&powers, self.nodal.gradients).map(|g| self.spacing * g);
         std::array::from_fn(|l| {
             let mut d = upper(&bonds[l]).map(|x| self.spacing * self.spacing * x);
-            if let Some(nodal) = &self.nodal {
-                add(&mut d, 1.0, &at(&nodal.whole, &g[l]));
-            }
+            add(&mut d, 1.0, &at(&self.nodal.whole, &g[l]));
             let laplacian = thetas[l].map(|p| 4.0 * (0.5 * p).sin().powi(2)).sum();
             Corner { theta: thetas[l], d, g: g[l], laplacian }
         })
@@ -170,7 +157,7 @@ impl Search<'_> {
     fn run(&mut self, most: usize) -> Found {
         let mut waiting = self.pieces();
         while let Some(piece) = waiting.pop_front() {
-            let open = if piece.low[0] == 0.0 { self.at_apex(&piece) } else { self.away(&piece) };
+            let open = if piece.range.low[0] == 0.0 { self.at_apex(&piece) } else { self.away(&piece) };
             let Some(losses) = open else { continue };
             if let Some(theta) = self.below(&piece) {
                 return Found::Below(theta);
@@ -208,7 +195,7 @@ impl Search<'_> {
                 let within = inner.unwrap_or(outer);
                 let corners = std::array::from_fn(|c| if c & 1 == 0 { within[c >> 1] } else { outer[c >> 1] });
                 let (low, high) = ([r[0], low[0], low[1]], [r[1], high[0], high[1]]);
-                out.push_back(Piece { face, low, high, corners });
+                out.push_back(Piece { range: Range { face, low, high }, corners });
                 inner = Some(outer);
             }
         }
@@ -224,51 +211,38 @@ impl Search<'_> {
     /// The two halves of a piece, along the axis with the largest loss.
     fn halves(&mut self, piece: Piece, losses: &Open) -> [Piece; 2] {
         let axis = (0..3).max_by(|&a, &b| losses[a].total_cmp(&losses[b])).unwrap_or(0);
-        let middle = 0.5 * (piece.low[axis] + piece.high[axis]);
-        let (mut lower, mut upper) = (piece.clone(), piece);
-        (lower.high[axis], upper.low[axis]) = (middle, middle);
-        // The corners of the lower half that lie in the plane between.
-        let between = [[1, 3, 5, 7], [2, 3, 6, 7], [4, 5, 6, 7]][axis];
-        let new = self.evaluate(between.map(|c: usize| lower.phases(c)));
-        for (c, corner) in between.into_iter().zip(new) {
-            lower.corners[c] = corner;
-            upper.corners[c & !(1 << axis)] = corner;
-        }
-        [lower, upper]
+        halved(&piece.range, &piece.corners, axis, |places| self.evaluate(places.map(|(t, s)| t * s)))
+            .map(|(range, corners)| Piece { range, corners })
     }
 
     /// A box away from k = 0; `None` where it is decided.
     fn away(&self, piece: &Piece) -> Option<Open> {
         let (energy, m) = (self.energy, self.m);
-        let [h, ha, hb] = piece.half_widths().map(|h| h * h);
-        let [a, b] = axes(piece.face);
+        let [h, ha, hb] = piece.range.half_widths().map(|h| h * h);
+        let [a, b] = axes(piece.range.face);
         let [along_a, along_b] = [a, b].map(|axis| more(&energy.curvature[axis], m));
-        let places: [Vector3<f64>; 4] = std::array::from_fn(|c| piece.place(2 * c));
+        let places: [Vector3<f64>; 4] = std::array::from_fn(|c| piece.range.place(2 * c));
         let along_t = places.map(|s| more(&at(&energy.curvature, &s), m * s.norm_squared()));
-        let (mut rounded, mut rounded_by_axis) = (0.0, [0.0; 3]);
-        if let Some(z) = &energy.nodal {
-            let square = places.iter().map(Vector3::norm_squared).fold(0.0, f64::max);
-            let t = piece.high[0];
-            let phase = t * square.sqrt();
-            // Half of the second derivative of g, times the squares of half the edges.
-            let rho = [
-                0.5 * h * square * z.second.min(phase * z.third),
-                0.5 * ha * t * t * z.second_along[a].min(phase * z.third_along[a]),
-                0.5 * hb * t * t * z.second_along[b].min(phase * z.third_along[b]),
-            ];
-            let all: f64 = rho.iter().sum();
-            let largest = piece.corners.iter().map(|c| c.g.norm_squared()).fold(0.0, f64::max).sqrt();
-            rounded = z.norm * all * (2.0 * largest + all);
-            rounded_by_axis = rho.map(|rho| z.norm * rho * (2.0 * largest + all));
-        }
-        let edges = energy.nodal.as_ref().map(|z| piece.edges(&z.positive));
+        let z = &energy.nodal;
+        let square = places.iter().map(Vector3::norm_squared).fold(0.0, f64::max);
+        let t = piece.range.high[0];
+        let phase = t * square.sqrt();
+        // Half of the second derivative of g, times the squares of half the edges.
+        let rho = [
+            0.5 * h * square * z.second.min(phase * z.third),
+            0.5 * ha * t * t * z.second_along[a].min(phase * z.third_along[a]),
+            0.5 * hb * t * t * z.second_along[b].min(phase * z.third_along[b]),
+        ];
+        let all: f64 = rho.iter().sum();
+        let largest = piece.corners.iter().map(|c| c.g.norm_squared()).fold(0.0, f64::max).sqrt();
+        let rounded = z.norm * all * (2.0 * largest + all);
+        let rounded_by_axis = rho.map(|rho| z.norm * rho * (2.0 * largest + all));
+        let edges = piece.edges(&z.positive);
         self.open(rounded_by_axis, |c| {
             let corner = &piece.corners[c];
-            let t = if c & 1 == 0 { piece.low[0] } else { piece.high[0] };
+            let t = if c & 1 == 0 { piece.range.low[0] } else { piece.range.high[0] };
             let mut losses = [times(h, &along_t[c >> 1]), times(ha * t * t, &along_a), times(hb * t * t, &along_b)];
-            if let Some(edges) = &edges {
-                losses.iter_mut().zip(edges).for_each(|(loss, edge)| add(loss, 0.25, &edge[c]));
-            }
+            losses.iter_mut().zip(&edges).for_each(|(loss, edge)| add(loss, 0.25, &edge[c]));
             let value = less(&corner.d, m * corner.laplacian + rounded + ROUNDING * energy.norm * t * t);
             (value, losses)
         })
@@ -277,15 +251,13 @@ impl Search<'_> {
     /// A box at k = 0, of D/t²; `None` where it is decided.
     fn at_apex(&self, piece: &Piece) -> Option<Open> {
         let energy = self.energy;
-        let [_, ha, hb] = piece.half_widths().map(|h| h * h);
-        let [a, b] = axes(piece.face);
-        let t2 = piece.high[0].powi(2);
-        let places: [Vector3<f64>; 4] = std::array::from_fn(|c| piece.place(2 * c));
-        let rounded = energy.nodal.as_ref().map_or(0.0, |z| {
-            let size = places.iter().map(Vector3::norm).fold(0.0, f64::max);
-            let off = t2 / 6.0 * z.third * size.powi(3);
-            z.norm * off * (2.0 * size + off)
-        });
+        let [_, ha, hb] = piece.range.half_widths().map(|h| h * h);
+        let [a, b] = axes(piece.range.face);
+        let t2 = piece.range.high[0].powi(2);
+        let places: [Vector3<f64>; 4] = std::array::from_fn(|c| piece.range.place(2 * c));
+        let size = places.iter().map(Vector3::norm).fold(0.0, f64::max);
+        let off = t2 / 6.0 * energy.nodal.third * size.powi(3);
+        let rounded = energy.nodal.norm * off * (2.0 * size + off);
         self.open([rounded, 0.0, 0.0], |c| {
             let s = &places[c >> 1];
             let losses = [
@@ -318,20 +290,6 @@ impl Search<'_> {
 }
 
 impl Piece {
-    fn half_widths(&self) -> [f64; 3] {
-        std::array::from_fn(|a| 0.5 * (self.high[a] - self.low[a]))
-    }
-
-    /// s of a corner.
-    fn place(&self, c: usize) -> Vector3<f64> {
-        place(self.face, &[self.low[1], self.low[2]], &[self.high[1], self.high[2]], c >> 1)
-    }
-
-    /// θ of a corner.
-    fn phases(&self, c: usize) -> Vector3<f64> {
-        (if c & 1 == 0 { self.low[0] } else { self.high[0] }) * self.place(c)
-    }
-
     /// The form of the difference of g along the edges of every corner, by axis.
     fn edges(&self, form: &Form) -> [[Symmetric; 8]; 3] {
         let mut out = [[Symmetric::default(); 8]; 3];

@@ -193,7 +193,7 @@ impl Dispersion {
             Beyond::Rotations { normal: None, .. } => return (Found::Undecided(Vec::new()), 0),
         };
         if let Some((term, gradients)) = nodal.filter(|_| bonds.reach() > SHORT) {
-            return FarEnergy::new(bonds, self.spacing).with_nodal(term, gradients).is_above(m, most);
+            return FarEnergy::new(bonds, self.spacing, term, gradients).is_above(m, most);
         }
         if let Some((term, gradients)) = nodal {
             return Energy::new(bonds, self.spacing).with_nodal(term, gradients).is_above(m, most);

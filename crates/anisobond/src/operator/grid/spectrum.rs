@@ -54,8 +54,8 @@ impl<T: Real> GridBonds<T> {
             bound = self.zone_maximum()? / lightest;
         }
         if let Some(short) = self.shortened_by_windows(negative || nodal)? {
-            let windows = short.lanczos(density, STEPS_OF_SHORT)? + short.between_windows(&short.masses(density)?);
-            return Ok(bound.min(windows));
+            let mass = short.masses(density)?;
+            return Ok(bound.min(short.lanczos(&mass, STEPS_OF_SHORT) + short.between_windows(&mass)));
         }
         if !(one && whole || nodal || negative) {
             let of_node = |i: usize| 2.0 * self.diagonal_block(i).symmetric_eigenvalues().max() / mass[i];
@@ -63,14 +63,14 @@ impl<T: Real> GridBonds<T> {
             bound = bound.min(nodes.reduce(|| 0.0, f64::max));
         }
         if self.stencils.len() > 1 || !bound.is_finite() {
-            bound = bound.min(self.lanczos(density, STEPS)?);
+            bound = bound.min(self.lanczos(&mass, STEPS));
         }
         Ok(bound)
     }
 
     /// A bound of the largest eigenvalue of M⁻¹K (1/s²) from so many Lanczos steps.
-    fn lanczos(&self, density: &[f64], steps: usize) -> Result<f64> {
-        Ok(lanczos_of(&self.masses(density)?, steps, |u, f| self.forces(u, f)))
+    fn lanczos(&self, mass: &[f64], steps: usize) -> f64 {
+        lanczos_of(mass, steps, |u, f| self.forces(u, f))
     }
 
     /// The body shortened to its windows, if it has several stencils of bonds alone.
