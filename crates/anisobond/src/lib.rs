@@ -1,7 +1,7 @@
 //! From an elastic stiffness tensor to the bonds of a discrete model.
 //!
 //! Data flows one way; each module uses only modules before it (a test reads this list):
-//! tensor → lattice → calibration → operator → solver → experiment.
+//! tensor → lattice → calibration → bond_law → operator → solver → experiment.
 //!
 //! SI units throughout: Pa, m, kg/m³; angles in radians unless a name says otherwise.
 
@@ -14,6 +14,7 @@ pub mod error;
 pub mod tensor;
 pub mod lattice;
 pub mod calibration;
+pub mod bond_law;
 pub mod operator;
 pub mod solver;
 pub mod experiment;

@@ -5,9 +5,7 @@ use std::ops::Deref;
 use nalgebra::Vector3;
 
 use super::packing_simulation::{CellDrive, PackingProblem, ServoPlan};
-use super::problem::{
-    Condition, Crack, FractureEnergy, History, OutputPlan, Probe, Problem, RegionMaterial, Schedule, Softening,
-};
+use super::problem::{Condition, Crack, FractureEnergy, History, OutputPlan, Probe, Problem, RegionMaterial, Schedule};
 use crate::calibration::Model;
 use crate::lattice::Grid;
 use crate::{Error, Result};
@@ -50,11 +48,19 @@ impl Problem {
         for (n, region) in self.regions.iter().enumerate() {
             region.check(&self.schedule).map_err(|e| e.at(placed("region", n, names[n])))?;
         }
-        if let Softening::Linear { ratio } = self.softening {
-            require(ratio.is_finite() && ratio > 1.0, || {
-                (format!("softening ends at {ratio} times its onset"), "give a finite ratio above 1")
-            })?;
-        }
+        let ratio = self.law.energy_ratio();
+        require(ratio.is_finite() && ratio >= 1.0, || {
+            (
+                format!("the law of bonds takes {ratio} times the energy up to its onset"),
+                "let energy_ratio() be the energy of a bond stretched until it breaks over ½ k e₀²: finite, at least 1",
+            )
+        })?;
+        require(!(self.law.yields() && self.model == Model::Hybrid), || {
+            (
+                "bonds of a hybrid model yield, but its nodal term does not".into(),
+                "use central bonds, or a law that does not yield",
+            )
+        })?;
         let sites = Sites { called: "node", number: self.body.region.len(), has: &|node| self.body.has(node) };
         sites.check_acting(&self.conditions, &self.initial_velocity, &self.schedule)?;
         sites.check_numbers(&self.unbreakable).map_err(|e| e.at("unbreakable"))?;

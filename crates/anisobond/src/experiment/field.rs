@@ -30,6 +30,8 @@ pub enum FieldName {
     PrincipalStress,
     /// Largest stretch of a bond (–).
     Stretch,
+    /// Mean plastic stretch of bonds (–).
+    PlasticStretch,
     /// Number of the region.
     Region,
 }
@@ -69,7 +71,7 @@ const TENSOR: &[&str] = &["xx", "yy", "zz", "xy", "yz", "xz"];
 
 impl FieldName {
     /// All fields, in the order of the documents.
-    pub const ALL: [FieldName; 12] = [
+    pub const ALL: [FieldName; 13] = [
         FieldName::Displacement,
         FieldName::Velocity,
         FieldName::Force,
@@ -81,6 +83,7 @@ impl FieldName {
         FieldName::PrincipalStress,
         FieldName::Virial,
         FieldName::Stretch,
+        FieldName::PlasticStretch,
         FieldName::Region,
     ];
 
@@ -152,6 +155,14 @@ impl FieldName {
                 &[] as &[&str],
                 Shown::Value,
                 "the largest elongation over length among a node's unbroken bonds, which is compared with the critical stretch",
+            ),
+            FieldName::PlasticStretch => (
+                "plastic_stretch",
+                "plastic stretch",
+                "",
+                &[] as &[&str],
+                Shown::Value,
+                "mean over a node's bonds of the stretch at which they are without force, tension or compression",
             ),
             FieldName::Region => (
                 "region",

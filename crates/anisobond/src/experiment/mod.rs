@@ -33,7 +33,7 @@ pub use packing_simulation::{
     CellDrive, CellState, Leavers, PackingEvidence, PackingFacts, PackingProblem, PackingSimulation, Peak, ServoPlan,
 };
 pub use problem::{
-    Condition, Crack, FractureEnergy, History, OutputPlan, Probe, Problem, RegionMaterial, Schedule, Slice, Softening,
+    Condition, Crack, FractureEnergy, History, OutputPlan, Probe, Problem, RegionMaterial, Schedule, Slice,
 };
 pub use simulation::{
     Between, CrackPath, CrackPoint, CrackTip, GridFacts, InterfaceEvidence, InterfaceFracture, Ledger, Overlap,

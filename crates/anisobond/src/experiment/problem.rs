@@ -1,8 +1,11 @@
 //! A body, how it is loaded, and what is measured: everything a run needs, resolved to nodes.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
 use super::field::{FieldName, Quantity};
+use crate::bond_law::{BondLaw, Brittle};
 use crate::calibration::Model;
 use crate::lattice::{Body, Neighbourhood};
 use crate::operator::Kinematics;
@@ -178,19 +181,6 @@ pub enum FractureEnergy {
     Stretch(f64),
 }
 
-/// The force of a bond between the onset of damage and its end.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Softening {
-    /// Breaks at the critical stretch.
-    #[default]
-    Brittle,
-    /// Falls linearly from the force at s₀ to zero at `ratio`·s₀ (> 1), with the same energy per bond.
-    Linear {
-        /// Stretch at the end of softening relative to that at its onset.
-        ratio: f64,
-    },
-}
-
 /// What a region is made of.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RegionMaterial {
@@ -292,7 +282,7 @@ impl Default for OutputPlan {
 }
 
 /// Everything a run needs.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Problem {
     /// Name of the case.
     pub name: String,
@@ -306,8 +296,8 @@ pub struct Problem {
     pub surface_calibration: bool,
     /// Linear or finite stretch.
     pub kinematics: Kinematics,
-    /// How bonds fail.
-    pub softening: Softening,
+    /// What bonds do beyond the linear law.
+    pub law: Arc<dyn BondLaw>,
     /// Materials by region: that of nodes with `body.region` = 1 + index.
     pub regions: Vec<RegionMaterial>,
     /// What holds and drives.
@@ -362,7 +352,7 @@ impl Problem {
             model: Model::Central,
             surface_calibration: true,
             kinematics: Kinematics::Linear,
-            softening: Softening::Brittle,
+            law: Arc::new(Brittle),
             regions,
             conditions: vec![],
             initial_velocity: vec![],

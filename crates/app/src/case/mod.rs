@@ -3,6 +3,7 @@
 mod calibrated;
 mod loads;
 mod matter;
+mod model;
 mod overrides;
 mod packing;
 mod plan;
@@ -20,10 +21,8 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::Vector3;
 
-use anisobond::calibration::Model;
-use anisobond::experiment::{Crack, OutputPlan, PackingProblem, Problem, Schedule, Softening};
+use anisobond::experiment::{Crack, OutputPlan, PackingProblem, Problem, Schedule};
 use anisobond::lattice::{Grid, Influence, Neighbourhood, Solid, solid};
-use anisobond::operator::Kinematics;
 use anisobond::tensor::Stiffness;
 use anisobond::{Error, Result};
 use anisobond_formats::inputs::{Inputs, recorded};
@@ -33,6 +32,7 @@ use anisobond_formats::units::Dimension;
 use anisobond_formats::words::{quoted, suggestion};
 use loads::{ConditionStatement, Names, Where};
 use matter::{Matters, RegionStatement};
+use model::{ModelStatement, model};
 use packing::PackingStatement;
 use schedule::ProbeStatement;
 use section::{AXES, Section, Spot, Value};
@@ -74,7 +74,7 @@ const KEYS: [&str; 24] = [
 ];
 
 /// A case file whose every value is known to be of the right kind; nodes are not made yet.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct CaseFile {
     name: String,
     description: String,
@@ -119,15 +119,6 @@ struct GridStatement {
     neighbourhood: Neighbourhood,
     periodic: [bool; 3],
     plane_strain: Option<usize>,
-}
-
-/// `[model]`.
-#[derive(Clone, Debug, PartialEq)]
-struct ModelStatement {
-    bonds: Model,
-    kinematics: Kinematics,
-    surface_calibration: bool,
-    softening: Softening,
 }
 
 impl CaseFile {
@@ -191,7 +182,7 @@ impl CaseFile {
             name: text("name")?.unwrap_or_else(stem),
             description: text("description")?.unwrap_or_default(),
             file: file.into(),
-            model: model(&root)?,
+            model: model(&root, &shapes)?,
             velocities: names.velocities(&root)?,
             unbreakable: names.unbreakable(&root)?,
             probes: schedule::probes(&root, &names, &conditions)?,
@@ -380,38 +371,6 @@ fn influence(value: &Value, shapes: &Shapes) -> Result<Influence> {
     };
     let points = value.items("\"inverse\"")?.iter().map(point).collect::<Result<_>>()?;
     Influence::table(points).map_err(at)
-}
-
-fn model(root: &Section) -> Result<ModelStatement> {
-    let mut model = ModelStatement {
-        bonds: Model::Central,
-        kinematics: Kinematics::Linear,
-        surface_calibration: true,
-        softening: Softening::Brittle,
-    };
-    let Some(value) = root.get("model") else { return Ok(model) };
-    let table = value.section(&["bonds", "kinematics", "surface_calibration", "softening"])?;
-    if let Some(v) = table.get("bonds") {
-        model.bonds = v.choice(&[("central", Model::Central), ("hybrid", Model::Hybrid)])?;
-    }
-    if let Some(v) = table.get("kinematics") {
-        model.kinematics = v.choice(&[("linear", Kinematics::Linear), ("finite", Kinematics::Finite)])?;
-    }
-    if let Some(v) = table.get("surface_calibration") {
-        model.surface_calibration = v.truth()?;
-    }
-    if let Some(v) = table.get("softening").filter(|v| v.is_text()) {
-        v.choice(&[("brittle", ())])?;
-    } else if let Some(v) = table.get("softening") {
-        let softening = v.section(&["linear"])?;
-        let ratio = softening.need("linear", "softening = { linear = 2 }")?;
-        let value = ratio.number()?;
-        if value <= 1.0 {
-            return Err(ratio.wrong(format!("softening ends at {value} times its onset"), "give a ratio above 1"));
-        }
-        model.softening = Softening::Linear { ratio: value };
-    }
-    Ok(model)
 }
 
 /// A case file of a grid read and resolved: [`CaseFile::read`] and [`CaseFile::problem`].

@@ -13,7 +13,9 @@ use super::select::select;
 use super::surface_loads::{self, Traction};
 use super::{CaseFile, Spot};
 use anisobond::Result;
-use anisobond::experiment::{Condition, Crack, Probe, Problem, RegionMaterial, Schedule, refuse_beyond_memory};
+use anisobond::experiment::{
+    Condition, Crack, FractureEnergy, Probe, Problem, RegionMaterial, Schedule, refuse_beyond_memory,
+};
 use anisobond::lattice::solid::{self, Patch, Surface};
 use anisobond::lattice::{Body, Neighbourhood, Solid};
 
@@ -30,7 +32,12 @@ pub(super) struct Filled {
 
 /// The problem of a case.
 pub(super) fn problem(case: &CaseFile) -> Result<Problem> {
-    let filled = filled(case)?;
+    let mut filled = filled(case)?;
+    if let Some(critical) = case.model.critical {
+        // The law says when bonds yield: nothing else may (`unused`).
+        let stiff = filled.materials.iter_mut().filter(|m| m.stiffness.norm() > 0.0);
+        stiff.for_each(|m| m.fracture = Some(FractureEnergy::Stretch(critical)));
+    }
     let neighbourhood = &case.grid_statement()?.neighbourhood;
     let nodes: Vec<Vec<u32>> = case.conditions.iter().map(|c| select(case, &filled, &c.on)).collect::<Result<_>>()?;
     refuse_contradictions(case, &nodes)?;
@@ -65,7 +72,7 @@ pub(super) fn problem(case: &CaseFile) -> Result<Problem> {
         model: case.model.bonds,
         surface_calibration: case.model.surface_calibration,
         kinematics: case.model.kinematics,
-        softening: case.model.softening,
+        law: case.model.law.clone(),
         initial_velocity: case.velocities.iter().map(velocity).collect::<Result<_>>()?,
         cracks: case.cracks.iter().map(|c| c.1.clone()).collect(),
         schedule: case.schedule.clone(),

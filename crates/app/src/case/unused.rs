@@ -5,10 +5,11 @@ use super::section::{Section, Value};
 use super::{LatticeKind, Result};
 
 /// Keys of grids, and why packings do not take them.
-const OF_GRIDS: [(&str, &str); 4] = [
+const OF_GRIDS: [(&str, &str); 5] = [
     ("model.bonds", "packing.bonds says which bonds a packing has"),
     ("model.surface_calibration", "surfaces of packings are not calibrated"),
     ("model.softening", "bonds of a packing break at once"),
+    ("model.plastic", "bonds of a packing break at once"),
     ("fracture", "bonds of a packing do not break by a fracture energy but by [strength]"),
 ];
 
@@ -45,14 +46,28 @@ pub(super) fn unused(root: &Section, lattice: LatticeKind, both: bool) -> Result
     }
     if lattice == LatticeKind::Packing {
         for region in root.tables("region")? {
-            found.extend(region.table(&["fracture"])?.get("fracture").map(|value| (value, OF_GRIDS[3].1)));
+            found.extend(region.table(&["fracture"])?.get("fracture").map(|value| (value, OF_GRIDS[4].1)));
         }
     }
-    if !breaks(root, lattice)? {
+    let stretch = at(root, "model.plastic.yield_stretch")?.filter(|_| lattice == LatticeKind::Grid);
+    if let Some(value) = stretch {
+        if states_fracture(root, |_| true)? {
+            return Err(value.wrong(
+                "both yield_stretch and fracture say when bonds fail",
+                "leave fracture out, or write plastic = { hardening = …, ductility = … }",
+            ));
+        }
+    } else if !breaks(root, lattice)? {
         const WHY: &str = "no bond can break";
         let soft = at(root, "model.softening")?.filter(|v| lattice == LatticeKind::Grid && !v.is_text());
         if let Some(value) = soft {
             return Err(value.wrong("softening does nothing where no bond breaks", "add fracture, or leave it out"));
+        }
+        if let Some(value) = at(root, "model.plastic")?.filter(|_| lattice == LatticeKind::Grid) {
+            return Err(value.wrong(
+                "it is not said at which stretch bonds yield",
+                "add a fracture energy, or yield_stretch and breaking_stretch instead of ductility",
+            ));
         }
         let idle = root.get("unbreakable");
         if let (Some(value), false) = (&idle, both) {
@@ -83,6 +98,11 @@ fn breaks(root: &Section, lattice: LatticeKind) -> Result<bool> {
     if lattice == LatticeKind::Packing {
         return Ok(root.get("strength").is_some());
     }
+    states_fracture(root, |v| !v.is_text())
+}
+
+/// Whether fracture is given anywhere, so that it counts.
+fn states_fracture(root: &Section, counts: impl Fn(&Value) -> bool) -> Result<bool> {
     let mut tables = vec![root.clone()];
     for region in root.tables("region")? {
         let region = region.table(&["fracture"])?;
@@ -92,7 +112,7 @@ fn breaks(root: &Section, lattice: LatticeKind) -> Result<bool> {
         }
         tables.push(region);
     }
-    let states = |table: &Section| table.get("fracture").is_some_and(|v| !v.is_text());
+    let states = |table: &Section| table.get("fracture").is_some_and(|v| counts(&v));
     Ok(tables.iter().any(states))
 }
 

@@ -2,13 +2,36 @@
 
 use crate::given::case as common;
 
+use anisobond::bond_law::{BondLaw, BondState, ElasticPlastic};
 use anisobond::experiment::{
     CellDrive, Condition, Crack, FractureEnergy, History, PackingProblem, PackingSimulation, Probe, Problem, Quantity,
-    RunCost, Schedule, ServoPlan, Simulation, Slice, Softening,
+    RunCost, Schedule, ServoPlan, Simulation, Slice,
 };
 use anisobond::tensor::Stiffness;
 use common::{BLOCK, case, files, with};
 use nalgebra::Vector3;
+
+/// A law that does not know its energy.
+#[derive(Debug)]
+struct NoLaw;
+
+impl BondLaw for NoLaw {
+    fn energy_ratio(&self) -> f64 {
+        f64::NAN
+    }
+    fn start(&self) -> BondState {
+        BondState { history: 0.0, permanent: 0.0 }
+    }
+    fn after(&self, state: &BondState, _: f64) -> BondState {
+        *state
+    }
+    fn secant(&self, _: &BondState) -> f64 {
+        1.0
+    }
+    fn damage(&self, _: &BondState) -> f64 {
+        0.0
+    }
+}
 
 /// A change that spoils a problem, and words of the message.
 type Spoiled<P> = (&'static str, fn(&mut P));
@@ -25,7 +48,7 @@ fn probe(name: &str, nodes: Vec<u32>) -> Probe {
     Probe { name: name.into(), quantity: Quantity::Damage, nodes }
 }
 
-const GRID: [Spoiled<Problem>; 40] = [
+const GRID: [Spoiled<Problem>; 41] = [
     ("list one for each node", |p| p.body.region.truncate(7)),
     ("list one for each node", |p| p.body.region.push(1)),
     ("the body has no nodes", |p| p.body.region.fill(0)),
@@ -46,7 +69,11 @@ const GRID: [Spoiled<Problem>; 40] = [
     ("a critical stretch of NaN", |p| p.regions[0].fracture = Some(FractureEnergy::Stretch(f64::NAN))),
     ("no fracture energy is given", |p| p.regions[0].fracture = Some(FractureEnergy::Directional(vec![]))),
     ("has length 2", |p| p.regions[0].fracture = Some(FractureEnergy::Directional(vec![(2.0 * Vector3::x(), 1.0)]))),
-    ("softening ends at 1 times", |p| p.softening = Softening::Linear { ratio: 1.0 }),
+    ("bonds of a hybrid model yield", |p| {
+        p.model = anisobond::calibration::Model::Hybrid;
+        p.law = std::sync::Arc::new(ElasticPlastic::new(0.1, 5.0).unwrap());
+    }),
+    ("takes NaN times the energy", |p| p.law = std::sync::Arc::new(NoLaw)),
     ("condition 1: there is no node 240", |p| p.conditions.push(still(240, 0.0))),
     ("no number", |p| p.conditions.push(still(0, f64::NAN))),
     ("node 0 is outside the body", |p| {

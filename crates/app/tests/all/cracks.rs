@@ -246,7 +246,7 @@ fn energy_balances_to_rounding_while_bonds_fail() {
             assert!(ledger.broken_bonds > 100, "{model}: {ledger:?}");
             let largest = ledger.external.max(ledger.kinetic);
             assert!(ledger.fracture > 1e-3 * largest, "{model}: {ledger:?}");
-            println!("{model}, {safety}: {} broken, {} soft", ledger.broken_bonds, simulation.bond_state().softened());
+            println!("{model}, {safety}: {} broken, {} soft", ledger.broken_bonds, simulation.bond_state().departed());
         }
     }
 }

@@ -1,6 +1,9 @@
 //! Bodies with nodal terms that turn and bend far, and reaction probes.
 
-use anisobond::experiment::{Condition, Probe, Problem, Quantity, Simulation, Softening};
+use std::sync::Arc;
+
+use anisobond::bond_law::LinearSoftening;
+use anisobond::experiment::{Condition, Probe, Problem, Quantity, Simulation};
 use anisobond_app::CaseFile;
 use nalgebra::Vector3;
 
@@ -142,7 +145,7 @@ fn reaction_probes_take_no_pass() {
     for text in &kinds {
         let mut problem = case("size = '12, 5, 4 mm'", "horizon = 2", text);
         if text.contains("0.0010") {
-            problem.softening = Softening::Linear { ratio: 3.0 };
+            problem.law = Arc::new(LinearSoftening::new(3.0).unwrap());
         }
         let grid = problem.body.grid.clone();
         let near = |n: u32, k: usize| grid.coordinates(n as usize)[0] < k;

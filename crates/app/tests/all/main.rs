@@ -5,6 +5,7 @@ mod common;
 mod given;
 
 mod bodies;
+mod bond_laws;
 mod case_errors;
 mod case_files;
 mod cases;

@@ -72,6 +72,8 @@ impl PackingSimulation {
             FieldName::VonMises => (1, self.of_states(|s| [von_mises(&s.stress)])),
             FieldName::PrincipalStress => (3, self.of_states(|s| principal(&s.stress))),
             FieldName::Stretch => (1, self.largest_stretches()),
+            // Bonds of packings do not yield.
+            FieldName::PlasticStretch => (1, vec![0.0; n]),
         }
     }
 

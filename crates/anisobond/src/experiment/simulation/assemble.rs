@@ -10,9 +10,9 @@ use crate::calibration::{
     CrackPlanes, CriticalStretches, EnergyByNormal, Evidence, FractureReport, HybridForm, LowerBound, Model,
     ModelCalibrator, ModelSettings, Outcome, StabilityEvidence, SurfaceStencil, surface_stencils,
 };
-use crate::experiment::problem::{Crack, FractureEnergy, Problem, RegionMaterial, Softening};
+use crate::experiment::problem::{Crack, FractureEnergy, Problem, RegionMaterial};
 use crate::lattice::Neighbourhood;
-use crate::operator::grid::{FailingBonds, GridBonds, InterfaceBonds, LinearSoftening, Stencil};
+use crate::operator::grid::{FailingBonds, GridBonds, InterfaceBonds, Stencil};
 use crate::tensor::Stiffness;
 use crate::{Error, Result};
 
@@ -76,11 +76,8 @@ pub(super) fn interfaces(problem: &Problem, bonds: &FailingBonds) -> Vec<Interfa
     };
     let stretch =
         |region: u16| matches!(problem.regions[usize::from(region) - 1].fracture, Some(FractureEnergy::Stretch(_)));
-    // A softening bond takes r times the energy at the onset of its damage.
-    let ratio = match problem.softening {
-        Softening::Brittle => 1.0,
-        Softening::Linear { ratio } => ratio,
-    };
+    // A bond takes so many times the energy at the onset of its law.
+    let ratio = problem.law.energy_ratio();
     let evidence = |found: InterfaceBonds| {
         let area: f64 = found.pieces.iter().map(|(_, area)| area).sum();
         let weaker = |(n, area): &(Vector3<f64>, f64)| {
@@ -270,10 +267,7 @@ pub(super) fn bonds(problem: &Problem) -> Result<(FailingBonds, Vec<RegionEviden
     for (crack, near) in problem.cracks.iter().zip(&near) {
         bonds.cut(|p, q| near(p) && crack.cuts(p, q, tolerance));
     }
-    let bonds = match problem.softening {
-        Softening::Brittle => FailingBonds::brittle(bonds),
-        Softening::Linear { ratio } => FailingBonds::softening(bonds, LinearSoftening::new(ratio)?),
-    };
+    let bonds = FailingBonds::new(bonds, problem.law.clone());
     Ok((bonds, evidence, regions.iter().map(|r| r.reached).collect()))
 }
 

@@ -112,6 +112,7 @@ impl Simulation {
                 let stretches = self.bonds.largest_stretches(&self.u, self.problem.kinematics);
                 (1, stretches.into_iter().map(|s| s as f32).collect())
             }
+            FieldName::PlasticStretch => (1, self.bonds.plastic_stretch().into_iter().map(|s| s as f32).collect()),
             FieldName::Region => (1, self.problem.body.region.iter().map(|&r| f32::from(r)).collect()),
         }
     }

@@ -142,7 +142,7 @@ pub struct GridFacts {
     external_ahead: f64,
     damping_ahead: f64,
     fracture_ahead: f64,
-    softened: usize,
+    departed: usize,
     #[serde(default)]
     overlap: Option<Overlap>,
     #[serde(default)]
@@ -446,14 +446,14 @@ impl Simulation {
     /// Everything that is needed to go on.
     pub fn save(&self) -> SavedState<GridFacts> {
         let mut state = SavedState::<GridFacts>::default();
-        let (softened, largest) = self.bonds.softened_state();
+        let (departed, [history, permanent]) = self.bonds.departed_state();
         let mut facts = GridFacts {
             step: self.step,
             ledger: self.ledger,
             external_ahead: 0.0,
             damping_ahead: 0.0,
             fracture_ahead: 0.0,
-            softened: softened.len(),
+            departed: departed.len(),
             overlap: self.overlap.clone(),
             looked_at: self.looked_at,
             stable: self.step_evidence().map(|e| e.stable),
@@ -471,9 +471,10 @@ impl Simulation {
             facts.fracture_ahead = last.failure.ahead;
         }
         state.numbers.push(("damaged_at".into(), self.crack.times().to_vec()));
-        state.numbers.push(("largest_stretch".into(), largest));
+        state.numbers.push(("bond_history".into(), history));
+        state.numbers.push(("bond_permanent".into(), permanent));
         state.words.push(("bonds".into(), self.bonds.grid().unbroken_bits()));
-        state.words.push(("softened".into(), softened));
+        state.words.push(("departed".into(), departed));
         state.facts = facts;
         state
     }
@@ -501,8 +502,10 @@ impl Simulation {
         self.crack.restore(state.take_numbers("damaged_at", damaged)?);
         let words = self.bonds.grid().unbroken_bits().len();
         let bits = state.take_words("bonds", words)?;
-        let softened = state.take_words("softened", facts.softened)?;
-        self.bonds.restore(&bits, &softened, &state.take_numbers("largest_stretch", facts.softened)?)?;
+        let departed = state.take_words("departed", facts.departed)?;
+        let [history, permanent] =
+            ["bond_history", "bond_permanent"].map(|name| state.take_numbers(name, facts.departed));
+        self.bonds.restore(&bits, &departed, [&history?, &permanent?])?;
         self.reactions.forget();
         self.looked_at = facts.looked_at;
         self.step = facts.step;

@@ -97,7 +97,7 @@ impl Motion {
         std::mem::swap(&mut self.velocity, &mut self.behind);
         let behind = &self.behind;
         let way_behind = (span == self.step).then_some((behind, self.step));
-        let mut failure = bonds.soften(u, kinematics, way_behind, 0.0)?;
+        let mut failure = bonds.follow(u, kinematics, way_behind, 0.0)?;
         let row = RowKick {
             loading,
             kick: Kick { step: span, damping: self.damping },
@@ -124,6 +124,7 @@ impl Motion {
         failure += bonds.break_off(found, u, kinematics, way_behind, Some((&self.velocity, self.step)));
         let [external, external_ahead, damping, damping_ahead, kinetic, strain] =
             rows.iter().fold([0.0; 6], |sum, (row, _)| std::array::from_fn(|i| sum[i] + row[i]));
+        let strain = if row.strain { strain - bonds.energy_of_rest(u) } else { strain };
         reactions.note(rows.into_iter().flat_map(|(_, held)| held));
         Ok(Pass { kinetic, external, external_ahead, damping, damping_ahead, strain, failure, nodal_strain })
     }

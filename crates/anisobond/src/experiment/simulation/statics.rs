@@ -1,6 +1,6 @@
 //! Equilibrium under loads that grow, bonds failing on the way.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
@@ -19,7 +19,8 @@ use crate::{Error, Result};
 /// Iterations relative to those of the first solve with a preconditioner, above which it is set up anew.
 const POOR: f64 = 1.5;
 
-/// Softening bonds are followed until no secant, relative to the undamaged one, would fall by more.
+/// Bonds are followed until no secant, relative to the undamaged one, would fall by more, and no permanent elongation, relative to
+/// that of the onset, would change by more.
 const SETTLED: f64 = 1e-4;
 
 /// A body whose loads do so many times the work of the last equilibrium, and have not come to rest, carries them no more.
@@ -138,6 +139,8 @@ impl Statics {
         let (mut work, mut unheld) = (work_of(&loads.before, &start), None);
         let within = Cell::new(WithinStep::default());
         let mut forces = VectorField::default();
+        // Where the last solve began.
+        let origin = RefCell::new(VectorField::default());
         let solve = |bonds: &FailingBonds, from: &VectorField| {
             let ready = prepared.get_or_insert_with(|| Arc::new(Prepared::new(bonds, &supports, self.method)));
             let seen = |iterations, residual| look(&WithinStep { iterations, residual, ..within.get() });
@@ -146,7 +149,12 @@ impl Statics {
                 unheld = Some(why);
                 return Ok(None);
             }
+            *origin.borrow_mut() = from.clone();
             let solved = |equilibrium: &Equilibrium| match problem.kinematics {
+                _ if bonds.yields() => {
+                    let forces = |u: &VectorField, f: &mut VectorField| bonds.coming_forces(u, problem.kinematics, f);
+                    equilibrium.solve_nonlinear(&forces, &loads.now, from.clone(), &self.stopping)
+                }
                 Kinematics::Linear => equilibrium.solve(&loads.now, from.clone(), &self.stopping),
                 Kinematics::Finite => {
                     let forces = |u: &VectorField, f: &mut VectorField| bonds.forces_of(u, Kinematics::Finite, f);
@@ -176,7 +184,7 @@ impl Statics {
             Ok(Some((u, report)))
         };
         let fail = |bonds: &mut FailingBonds, u: &VectorField| {
-            let now = bonds.fail(u, problem.kinematics, SETTLED);
+            let now = bonds.fail(u, &origin.borrow(), problem.kinematics, SETTLED);
             failure += now;
             let WithinStep { equilibria, broken, .. } = within.get();
             let next = (equilibria + 1, broken + now.broken as u64);
@@ -254,12 +262,14 @@ impl Account {
         [from, to]: [&VectorField; 2],
         first: bool,
     ) -> VectorField {
-        let forces_at = |u: &VectorField| {
-            let mut f = VectorField::zeros(u.len());
-            bonds.forces_of(u, kinematics, &mut f);
-            f
-        };
-        let (f, g) = (forces_at(from), forces_at(to));
+        let [mut f, mut g] = [from, to].map(|u| VectorField::zeros(u.len()));
+        bonds.forces_of(from, kinematics, &mut f);
+        // Where bonds yield, the solve has let them on its way.
+        if bonds.yields() {
+            bonds.coming_forces(to, kinematics, &mut g);
+        } else {
+            bonds.forces_of(to, kinematics, &mut g);
+        }
         let way = |node: usize| to.at(node) - from.at(node);
         let load = |node: usize| 0.5 * (loads.before.at(node) + loads.now.at(node));
         let balance = |node: usize| load(node) + 0.5 * (f.at(node) + g.at(node));

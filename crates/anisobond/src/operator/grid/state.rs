@@ -3,8 +3,8 @@
 use super::aligned::Aligned;
 use super::build::GridBonds;
 use super::failing::FailingBonds;
+use super::nonlinear::NonlinearBond;
 use super::real::Real;
-use super::softening::SoftBond;
 use super::sweep::{Broken, Law};
 use crate::operator::{Kinematics, VectorField};
 use crate::{Error, Result};
@@ -34,14 +34,14 @@ impl GridBonds<f64> {
     }
 }
 
-/// Which bonds of a body are unbroken, and which soften: what [`FailingBonds::put_back`] goes back to.
+/// Which bonds of a body are unbroken, and which follow another law: what [`FailingBonds::put_back`] goes back to.
 #[derive(Clone, Debug)]
 pub struct KeptBonds {
     bits: Aligned<<f64 as Real>::Word>,
     whole: Vec<bool>,
     torn: Vec<bool>,
     unbroken: Vec<u16>,
-    soft: Option<Vec<SoftBond>>,
+    nonlinear: Option<Vec<NonlinearBond>>,
 }
 
 impl FailingBonds {
@@ -53,7 +53,7 @@ impl FailingBonds {
             whole: grid.whole.clone(),
             torn: grid.torn.clone(),
             unbroken: grid.surroundings.unbroken().to_vec(),
-            soft: self.soft.as_ref().map(|soft| soft.list.clone()),
+            nonlinear: self.nonlinear.as_ref().map(|n| n.list.clone()),
         }
     }
 
@@ -64,8 +64,8 @@ impl FailingBonds {
         grid.whole.clone_from(&kept.whole);
         grid.torn.clone_from(&kept.torn);
         grid.surroundings.set_unbroken(&kept.unbroken);
-        if let (Some(soft), Some(list)) = (&mut self.soft, &kept.soft) {
-            soft.set(list.clone());
+        if let (Some(nonlinear), Some(list)) = (&mut self.nonlinear, &kept.nonlinear) {
+            nonlinear.set(list.clone());
         }
     }
 }
