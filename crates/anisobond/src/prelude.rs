@@ -10,6 +10,7 @@
 //! # Ok::<(), Error>(())
 //! ```
 
+pub use crate::bond_law::{BondLaw, BondState, Brittle, ElasticPlastic, LinearSoftening, TableSoftening};
 pub use crate::calibration::{
     Calibration, Calibrator, LatticeStiffness, LowerBound, Model, ModelCalibrator, TransverseConstants,
 };

@@ -97,6 +97,40 @@ fn wrong_cases_are_refused_with_place_and_remedy() {
         (add("[output]\nframes = 1.5\n"), &["output.frames: 1.5 is not a whole number"]),
         (add("[model]\nsurface_calibration = \"yes\"\n"), &["true or false is needed, not \"yes\""]),
         (add("[model]\nsoftening = { linear = 1 }\n"), &["model.softening.linear", "above 1"]),
+        (add("[model]\nsoftening = { linear = 2, exponential = 1 }\n"), &["model.softening"]),
+        (add("[model]\nsoftening = { exponential = 0 }\n"), &["model.softening.exponential", "give a positive number"]),
+        (
+            add("[model]\nsoftening = { table = [[0, 0], [1, 1]] }\n"),
+            &["model.softening.table", "begins with the force 0"],
+        ),
+        (
+            add("[model]\nsoftening = { table = [[1, 1], [2, 0.5]] }\n"),
+            &["model.softening.table", "ends with the force 0.5"],
+        ),
+        (add("[model]\nsoftening = { table = [[1, 1, 1]] }\n"), &["model.softening.table.0", "two numbers are needed"]),
+        (add("[model]\nsoftening = { table = \"no.csv\" }\n"), &["model.softening.table", "no.csv"]),
+        (
+            add("[model]\nsoftening = { linear = 2 }\nplastic = { ductility = 5 }\n"),
+            &["model.plastic", "bonds that soften do not yield too"],
+        ),
+        (add("[model]\nplastic = { hardening = 0.1 }\n"), &["model.plastic", "not said when bonds yield and break"]),
+        (add("[model]\nplastic = { ductility = 1 }\n"), &["model.plastic", "1 times the stretch"]),
+        (add("[model]\nplastic = { ductility = 4, hardening = 1 }\n"), &["model.plastic", "a hardening of 1"]),
+        (add("[model]\nplastic = { ductility = 4 }\n"), &["model.plastic", "not said at which stretch bonds yield"]),
+        (
+            add("[model]\nplastic = { yield_stretch = 0.1, breaking_stretch = 0.05 }\n"),
+            &["model.plastic.breaking_stretch", "above yield_stretch"],
+        ),
+        (
+            add(
+                "[model]\nplastic = { yield_stretch = 0.01, breaking_stretch = 0.05 }\n[fracture]\nenergy = \"3 J/m2\"\n",
+            ),
+            &["model.plastic.yield_stretch", "both yield_stretch and fracture"],
+        ),
+        (
+            add("[model]\nbonds = \"hybrid\"\nplastic = { yield_stretch = 0.01, breaking_stretch = 0.05 }\n"),
+            &["model.plastic", "its nodal term does not"],
+        ),
         (
             add("[fracture]\nenergy = \"3 J\"\n"),
             &["line 14, fracture.energy: unknown unit \"J\" of an energy per area"],
