@@ -4,6 +4,8 @@ mod assemble;
 mod cost;
 mod crack;
 mod crack_path;
+#[cfg(test)]
+mod crack_tests;
 mod crack_tips;
 mod ledger;
 mod load_step;
@@ -16,6 +18,7 @@ mod resolution;
 mod saved;
 mod stability;
 mod statics;
+mod unrolled;
 
 use serde::{Deserialize, Serialize};
 
