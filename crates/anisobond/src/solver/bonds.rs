@@ -6,7 +6,7 @@ use super::preconditioner::BlockJacobi;
 use super::report::{Ending, SolverReport, Stopping};
 use super::semidefinite::Semidefinite;
 use super::watch::Look;
-use crate::operator::{BondList, Field};
+use crate::operator::{BondList, Field, NodeField};
 
 /// Displacements and rotations by node, L load cases side by side. Sums are over nodes and components, in the list's order.
 struct Nodes(usize);
@@ -22,11 +22,7 @@ impl<const L: usize> VectorSpace<L> for Nodes {
     fn dot(&self, a: &Field<L>, b: &Field<L>) -> [f64; L] {
         let mut sum = [0.0; L];
         for (a, b) in a.iter().zip(b) {
-            for (a, b) in a.iter().zip(b) {
-                for l in 0..L {
-                    sum[l] += a[l] * b[l];
-                }
-            }
+            add_products(&mut sum, a, b);
         }
         sum
     }
@@ -65,6 +61,16 @@ impl<const L: usize> VectorSpace<L> for Nodes {
                     r[i][l] -= s[l] * q[i][l];
                 }
             }
+        }
+    }
+}
+
+/// What a node adds to a sum a · b.
+#[inline(always)]
+pub(super) fn add_products<const L: usize>(sum: &mut [f64; L], a: &NodeField<L>, b: &NodeField<L>) {
+    for i in 0..6 {
+        for l in 0..L {
+            sum[l] += a[i][l] * b[i][l];
         }
     }
 }

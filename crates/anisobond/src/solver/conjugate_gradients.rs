@@ -72,7 +72,7 @@ impl<S, K, M> System<'_, S, K, M> {
     ) where
         S: VectorSpace<L>,
         K: LinearOperator<S::Vector>,
-        M: Preconditioner<S::Vector>,
+        M: Preconditioner<S::Vector, L>,
     {
         let space = self.space;
         let (mut z, mut p, mut q) = (space.zeros(), space.zeros(), space.zeros());
@@ -83,8 +83,8 @@ impl<S, K, M> System<'_, S, K, M> {
                 Next::Anew => last = [0.0; L],
                 Next::End(ending) => break ending,
             }
-            report.applications += self.preconditioner.apply(self.operator, r, &mut z);
-            let rz = space.dot(r, &z);
+            let (applications, rz) = self.preconditioner.apply_and_dot(space, self.operator, r, &mut z);
+            report.applications += applications;
             if let Some(ending) = rule.measured(&rz, report) {
                 break ending;
             }

@@ -42,8 +42,24 @@ pub trait LinearOperator<V> {
 }
 
 /// An approximate inverse M⁻¹ of an operator: symmetric, and positive but where components are held.
-pub trait Preconditioner<V> {
+pub trait Preconditioner<V, const L: usize = 1> {
     /// z = M⁻¹ r; returns how often K was applied. K may have lost bonds since the set-up: M⁻¹ is then a poorer approximation,
     /// and still symmetric and positive.
     fn apply(&self, operator: &dyn LinearOperator<V>, r: &V, z: &mut V) -> usize;
+
+    /// The same, with r · z of each right-hand side: what acts node by node may do both in one pass, in the order of the space.
+    #[inline(always)]
+    fn apply_and_dot<S: VectorSpace<L, Vector = V>>(
+        &self,
+        space: &S,
+        operator: &dyn LinearOperator<V>,
+        r: &V,
+        z: &mut V,
+    ) -> (usize, [f64; L])
+    where
+        Self: Sized,
+    {
+        let applications = self.apply(operator, r, z);
+        (applications, space.dot(r, z))
+    }
 }

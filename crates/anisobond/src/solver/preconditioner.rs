@@ -2,7 +2,8 @@
 
 use nalgebra::{Matrix3, Matrix6};
 
-use super::linear::{LinearOperator, Preconditioner};
+use super::bonds::add_products;
+use super::linear::{LinearOperator, Preconditioner, VectorSpace};
 use crate::operator::{BondList, Field, NodeField};
 
 /// Cholesky is trusted while every pivot (of a block scaled to a unit diagonal) is above this: the rounding of a singular
@@ -76,13 +77,29 @@ impl BlockJacobi {
     }
 }
 
-impl<const L: usize> Preconditioner<Field<L>> for BlockJacobi {
+impl<const L: usize> Preconditioner<Field<L>, L> for BlockJacobi {
     #[inline(always)]
     fn apply(&self, _: &dyn LinearOperator<Field<L>>, r: &Field<L>, z: &mut Field<L>) -> usize {
         for (node, (r, z)) in r.iter().zip(z).enumerate() {
             *z = self.at(node, r);
         }
         0
+    }
+
+    #[inline(always)]
+    fn apply_and_dot<S: VectorSpace<L, Vector = Field<L>>>(
+        &self,
+        _: &S,
+        _: &dyn LinearOperator<Field<L>>,
+        r: &Field<L>,
+        z: &mut Field<L>,
+    ) -> (usize, [f64; L]) {
+        let mut sum = [0.0; L];
+        for (node, (r, z)) in r.iter().zip(z).enumerate() {
+            *z = self.at(node, r);
+            add_products(&mut sum, r, z);
+        }
+        (0, sum)
     }
 }
 

@@ -27,7 +27,7 @@ impl<'a> Progress<'a> {
 
     /// Note the residual r in the report.
     pub fn note<S: VectorSpace<1>>(&self, space: &S, r: &S::Vector, report: &mut SolverReport) {
-        report.residual = if self.scale > 0.0 { space.norm(r)[0] / self.scale } else { 0.0 };
+        report.residual = if self.scale == 0.0 { 0.0 } else { space.norm(r)[0] / self.scale };
     }
 
     /// Whether the noted residual meets the tolerance.

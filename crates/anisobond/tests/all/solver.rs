@@ -43,7 +43,7 @@ impl LinearOperator<DMatrix<f64>> for Dense {
 /// The inverse of a diagonal.
 struct Diagonal(DVector<f64>);
 
-impl Preconditioner<DMatrix<f64>> for Diagonal {
+impl<const L: usize> Preconditioner<DMatrix<f64>, L> for Diagonal {
     fn apply(&self, _: &dyn LinearOperator<DMatrix<f64>>, r: &DMatrix<f64>, z: &mut DMatrix<f64>) -> usize {
         z.copy_from(r);
         z.column_iter_mut().for_each(|mut z| z.component_mul_assign(&self.0));
@@ -159,7 +159,8 @@ fn what_is_not_positive_is_told() {
         assert!(matches!(report.ending, Ending::NegativeCurvature { curvature } if curvature < 0.0), "{report:?}");
     }
     // Known before, it ends the solve before its first step.
-    let mut rule = Semidefinite::new((&tight(), ON), &[0.0], Some(-0.5));
+    let stopping = tight();
+    let mut rule = Semidefinite::new((&stopping, ON), &[0.0], Some(-0.5));
     let report = solved::<1>(&positive(), &b, &mut rule).1;
     assert_eq!((report.ending, report.iterations), (Ending::NegativeCurvature { curvature: -0.5 }, 0));
     // A zero mode is no matter while the load does no work on it, and nothing else holds it.
@@ -167,7 +168,7 @@ fn what_is_not_positive_is_told() {
     let off = DMatrix::identity(N, N) - &translation * translation.transpose();
     let singular = &off * positive() * &off;
     let balanced = &off * load::<1>();
-    let rule = || Semidefinite::new((&tight(), ON), &[0.0], None);
+    let rule = || Semidefinite::new((&stopping, ON), &[0.0], None);
     let (x, report) = solved::<1>(&singular, &balanced, &mut rule());
     assert!(report.converged() && (&singular * x - &balanced).norm() < 1e-8 * balanced.norm(), "{report:?}");
     let (_, report) = solved::<1>(&singular, &DMatrix::from_element(N, 1, 1.0), &mut rule());
