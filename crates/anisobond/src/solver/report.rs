@@ -46,7 +46,7 @@ pub enum Ending {
 pub struct SolverReport {
     /// Iterations, of the slowest right-hand side.
     pub iterations: usize,
-    /// Applications of the operator, those of the preconditioner included.
+    /// Applications of the operator, those of the preconditioner included; where several solves are one, of the slowest.
     pub applications: usize,
     /// The residual left, relative to that of the right-hand side; the largest of all of them. On grids ‖f − K u‖ over free
     /// components, computed anew at the end; of bond lists √(r·M⁻¹r), 0 where all that is left is rounding.
@@ -80,7 +80,7 @@ impl SolverReport {
         };
         SolverReport {
             iterations: self.iterations.max(other.iterations),
-            applications: self.applications + other.applications,
+            applications: self.applications.max(other.applications),
             residual: self.residual.max(other.residual),
             ending,
         }
