@@ -3,11 +3,10 @@
 use serde::Serialize;
 
 use crate::lattice_report::Engineering;
-use crate::report::{NeighbourhoodReport, Voigt};
+use crate::report::{NeighbourhoodReport, SolveOutcome, Voigt};
 use anisobond::calibration::{Evidence, Model, ModelCalibrator};
 use anisobond::experiment::element_test::{Certificate, ElementTestResult, Mechanism, Rotations};
 use anisobond::experiment::{CorrectionReport, GridStudy};
-use anisobond::solver::SolverReport;
 use anisobond::tensor::Material;
 
 /// A grid cell and its defects.
@@ -95,7 +94,7 @@ pub struct GridTestReport {
     /// Nodes that move at no cost.
     pub mechanism: Mechanism,
     /// How the solver ended.
-    pub solver: SolverReport,
+    pub solver: SolveOutcome,
 }
 
 impl GridTestReport {
@@ -104,14 +103,14 @@ impl GridTestReport {
         let cell = &study.cell;
         let nodes = study.network.nodes.len();
         let waves = study.correction.is_none().then_some(&study.stability);
-        let stable = r.solver.converged && !r.solver.negative_curvature && waves.is_none_or(|s| s.stable);
+        let stable = r.solver.converged() && !r.solver.negative_curvature() && waves.is_none_or(|s| s.stable);
         let proved_waves = waves.is_some_and(|s| s.evidence == Evidence::Proved);
         let perfect = nodes == cell.len() && cell.displacement == 0.0;
         let proved = match stable {
             true => {
                 (perfect && proved_waves) || (study.network.is_never_negative() && (waves.is_none() || proved_waves))
             }
-            false => r.solver.negative_curvature || waves.is_some_and(|s| !s.stable),
+            false => r.solver.negative_curvature() || waves.is_some_and(|s| !s.stable),
         };
         GridTestReport {
             material: material.name.clone(),
@@ -153,7 +152,7 @@ impl GridTestReport {
             rotations: r.rotations,
             certificate: r.certificate,
             mechanism: r.mechanism.clone(),
-            solver: r.solver,
+            solver: r.solver.into(),
         }
     }
 }

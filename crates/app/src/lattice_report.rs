@@ -2,12 +2,11 @@
 
 use serde::Serialize;
 
-use crate::report::Voigt;
+use crate::report::{SolveOutcome, Voigt};
 use anisobond::calibration::{EllipticModuli, Model};
 use anisobond::experiment::element_test::{Certificate, DynamicTestResult, ElementTestResult, Mechanism, Rotations};
 use anisobond::experiment::{CorrectionReport, LatticeStudy};
 use anisobond::lattice::PackingStatistics;
-use anisobond::solver::SolverReport;
 use anisobond::tensor::{EngineeringConstants, Material, Stiffness};
 use anisobond::{Error, Result};
 
@@ -195,7 +194,7 @@ pub struct ElementTestReport {
     /// Nodes that move at no cost; `None` where it was not looked for.
     pub mechanism: Option<Mechanism>,
     /// How the solver ended.
-    pub solver: SolverReport,
+    pub solver: SolveOutcome,
 }
 
 /// What transverse isotropy about z makes equal, as S tabulates it: five symmetric couples, and two dependent values
@@ -282,7 +281,7 @@ impl ElementTestReport {
             strain: 0.0,
             certificate: Checks::Static(r.certificate),
             mechanism: Some(r.mechanism.clone()),
-            solver: r.solver,
+            solver: r.solver.into(),
         })
     }
 
@@ -313,7 +312,7 @@ impl ElementTestReport {
             strain: r.strain,
             certificate: Checks::Dynamic { force_balance: r.unbalanced, lateral_stress: r.lateral, asymmetry },
             mechanism: None,
-            solver: SolverReport {
+            solver: SolveOutcome {
                 iterations: r.steps.iter().sum(),
                 residual: r.unbalanced,
                 converged: r.converged,

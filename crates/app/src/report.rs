@@ -1,7 +1,7 @@
 //! What the program says of a tensor and of a calibration, as one JSON document each; the same for command line,
 //! Python and library.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use anisobond::calibration::{
     Calibration, Cause, Infeasibility, LongWaves, Model, ModelCalibrator, Outcome, Stability, StabilityEvidence,
@@ -262,6 +262,30 @@ pub struct SolverReport {
     pub residual: f64,
     /// Whether it ended where it should: with a residual that is rounding, and no bonds of smaller norm.
     pub converged: bool,
+}
+
+/// How a solve of a lattice's equilibrium ended, as results tell it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SolveOutcome {
+    /// Iterations of the slowest load case.
+    pub iterations: usize,
+    /// Largest residual of the load cases, relative to that of the right-hand side.
+    pub residual: f64,
+    /// Whether every load case met the tolerance.
+    pub converged: bool,
+    /// Whether a direction of negative energy was met.
+    pub negative_curvature: bool,
+}
+
+impl From<anisobond::solver::SolverReport> for SolveOutcome {
+    fn from(r: anisobond::solver::SolverReport) -> Self {
+        SolveOutcome {
+            iterations: r.iterations,
+            residual: r.residual,
+            converged: r.converged(),
+            negative_curvature: r.negative_curvature(),
+        }
+    }
 }
 
 impl CalibrationReport {

@@ -64,6 +64,16 @@ impl Watch {
         }
     }
 
+    /// Sees a solve: counts its iterations, and ends it when told to stop.
+    pub fn look(&self) -> impl Fn(usize, f64) -> bool + '_ {
+        |iterations, _| {
+            if iterations > 0 {
+                self.count();
+            }
+            !self.stopped()
+        }
+    }
+
     /// Go on, unless told to stop.
     ///
     /// # Errors

@@ -203,7 +203,7 @@ fn a_nodal_term_meets_what_bonds_cannot() {
         assert!(r.report.converged && r.report.tensor_error <= 1e-4 && r.report.corrections <= 6);
         let nodal = r.report.nodal.as_ref().unwrap();
         assert_eq!(nodal.positive, nodal.moduli[0] >= -1e-12 * target.norm());
-        assert!(!r.test.solver.negative_curvature && nodal.flat_nodes == 0);
+        assert!(!r.test.solver.negative_curvature() && nodal.flat_nodes == 0);
     }
 }
 

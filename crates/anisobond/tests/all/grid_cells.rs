@@ -90,7 +90,11 @@ fn tests_of_perfect_grids_converge() {
                 let study = study_of(&neighbourhood, GridCell::perfect([5, 6, 4]), &target, model, None);
                 let mechanisms = anisobond::experiment::element_test::Mechanisms::Report;
                 let r = study.test(&ElementTest { mechanisms, ..GridStudy::usual_test(Rotations::Free) }).unwrap();
-                assert!(r.solver.converged && r.solver.iterations < 500, "{name} {model:?} {horizon}: {:?}", r.solver);
+                assert!(
+                    r.solver.converged() && r.solver.iterations < 500,
+                    "{name} {model:?} {horizon}: {:?}",
+                    r.solver
+                );
                 assert!(study.promised.relative_error(&r.measured) < 1e-8, "{name} {model:?} {horizon}");
             }
         }
@@ -272,7 +276,7 @@ fn defects_soften() {
         for cell in [missing, void, GridCell { displacement: 0.3, ..seeded.clone() }] {
             let displaced = cell.displacement > 0.0;
             let (r, _) = test(cell);
-            assert!(r.solver.converged && r.certificate.below_sum > -1e-10, "{:?}", r.certificate);
+            assert!(r.solver.converged() && r.certificate.below_sum > -1e-10, "{:?}", r.certificate);
             assert!(r.certificate.energy_consistency < 1e-8);
             let softer = (perfect.measured.mandel() - r.measured.mandel()).symmetric_eigenvalues();
             if displaced {

@@ -23,6 +23,7 @@ mod particle_contacts;
 mod particle_forces;
 mod particle_motion;
 mod servo;
+mod solver;
 mod stability;
 mod surface;
 mod waves;

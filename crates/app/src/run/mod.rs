@@ -18,7 +18,7 @@ use self::subject::Subject;
 pub use self::summary::{PackingSummary, RunSummary};
 use crate::{CaseFile, FolderLock, LatticeKind, refuse_other_kind, remove_results};
 use anisobond::experiment::{
-    Ledger, Outcome, PackingProblem, PackingSimulation, Problem, SavedState, Simulation, WithinStep,
+    Ledger, Outcome, PackingProblem, PackingSimulation, Problem, SavedState, Simulation, StepLook, WithinStep,
 };
 use anisobond::{Error, Result, Wording};
 use anisobond_formats::inputs::recorded;
@@ -52,7 +52,7 @@ struct Stated<'a> {
 }
 
 /// How far a run is.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct RunProgress {
     /// Steps done, and steps in all.
     pub steps: [u64; 2],
@@ -125,8 +125,10 @@ pub(super) fn stopped_at(folder: &Path) -> Option<[u64; 2]> {
 pub fn run_case(case: &CaseFile, options: &RunOptions, progress: impl FnMut(&RunProgress)) -> Result<RunSummary> {
     let stated = Stated { inputs: case.inputs(), asked: Some(case.asked()), notes: case.notes() };
     match case.lattice() {
-        LatticeKind::Grid => run(|| Simulation::new(case.problem()?), options, &stated, progress),
-        LatticeKind::Packing => run(|| PackingSimulation::new(case.packing_problem()?), options, &stated, progress),
+        LatticeKind::Grid => run(|look| Simulation::new_seen(case.problem()?, look), options, &stated, progress),
+        LatticeKind::Packing => {
+            run(|look| PackingSimulation::new_seen(case.packing_problem()?, look), options, &stated, progress)
+        }
     }
 }
 
@@ -142,7 +144,12 @@ pub fn run_problem(
     options: &RunOptions,
     progress: impl FnMut(&RunProgress),
 ) -> Result<RunSummary> {
-    run(|| Simulation::new(problem), options, &Stated { inputs, asked: None, notes: Vec::new() }, progress)
+    run(
+        |look| Simulation::new_seen(problem, look),
+        options,
+        &Stated { inputs, asked: None, notes: Vec::new() },
+        progress,
+    )
 }
 
 /// Runs a problem on a packing, as [`run_problem`] does on a grid.
@@ -155,32 +162,31 @@ pub fn run_packing_problem(
     options: &RunOptions,
     progress: impl FnMut(&RunProgress),
 ) -> Result<RunSummary> {
-    run(|| PackingSimulation::new(problem), options, &Stated { inputs, asked: None, notes: Vec::new() }, progress)
+    run(
+        |look| PackingSimulation::new_seen(problem, look),
+        options,
+        &Stated { inputs, asked: None, notes: Vec::new() },
+        progress,
+    )
 }
 
 fn run<S: Subject>(
-    prepare: impl FnOnce() -> Result<S>,
+    prepare: impl FnOnce(StepLook) -> Result<S>,
     options: &RunOptions,
     stated: &Stated,
     mut progress: impl FnMut(&RunProgress),
 ) -> Result<RunSummary> {
     let _lock = FolderLock::alone(options.folder)?;
-    let mut run = Run::begin(prepare, options, stated)?;
+    let mut run = {
+        let seen = Seen::new(&mut progress, RunProgress::default(), options.stop);
+        Run::begin(|| prepare(&|within| seen.look(within)), options, stated)?
+    };
     run.warnings.splice(0..0, stated.notes.iter().cloned());
     let (started, first_step) = (Instant::now(), run.simulation.step());
     let mut saved = Instant::now();
     while !run.finished() {
-        let now = run.progress(0.0);
-        let told = Cell::new(Instant::now());
-        let seen = RefCell::new(&mut progress);
-        let look = |within: &WithinStep| {
-            if told.get().elapsed() > PACE {
-                told.set(Instant::now());
-                (seen.borrow_mut())(&RunProgress { within: Some(*within), ..now });
-            }
-            !options.stop.load(Ordering::Relaxed)
-        };
-        match run.simulation.advance(&look) {
+        let seen = Seen::new(&mut progress, run.progress(0.0), options.stop);
+        match run.simulation.advance(&|within| seen.look(within)) {
             Err(Error::Interrupted { .. }) => return Err(run.interrupted()?),
             Err(error) => return Err(run.failed(error)),
             Ok(()) => {}
@@ -202,6 +208,28 @@ fn run<S: Subject>(
         }
     }
     run.finish()
+}
+
+/// Shows an equilibrium that is looked for, and ends it.
+struct Seen<'a, P> {
+    progress: RefCell<&'a mut P>,
+    now: RunProgress,
+    told: Cell<Instant>,
+    stop: &'a AtomicBool,
+}
+
+impl<'a, P: FnMut(&RunProgress)> Seen<'a, P> {
+    fn new(progress: &'a mut P, now: RunProgress, stop: &'a AtomicBool) -> Self {
+        Seen { progress: RefCell::new(progress), now, told: Cell::new(Instant::now()), stop }
+    }
+
+    fn look(&self, within: &WithinStep) -> bool {
+        if self.told.get().elapsed() > PACE {
+            self.told.set(Instant::now());
+            (self.progress.borrow_mut())(&RunProgress { within: Some(*within), ..self.now });
+        }
+        !self.stop.load(Ordering::Relaxed)
+    }
 }
 
 /// A run under way.

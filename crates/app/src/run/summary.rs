@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::report::SolveOutcome;
 use anisobond::experiment::{
     CellState, CrackPath, InterfaceEvidence, Leavers, Ledger, Outcome, Overlap, PackingEvidence, PackingSimulation,
     Peak, RegionEvidence, Simulation, StaticEvidence, StepEvidence, diffuse_warning,
 };
-use anisobond::solver::SolverReport;
 
 /// Cracks told of.
 const MOST_CRACKS: usize = 10;
@@ -71,7 +71,7 @@ pub struct PackingSummary {
     /// Bonds broken.
     pub broken_bonds: u64,
     /// The last solve; `None` in motion.
-    pub equilibrium: Option<SolverReport>,
+    pub equilibrium: Option<SolveOutcome>,
     /// Mean stress and strain at the end of a body that is periodic along all axes.
     pub cell: Option<CellState>,
     /// The largest differential stress under a servo.
@@ -105,7 +105,7 @@ impl RunSummary {
                 floaters: simulation.floaters().len(),
                 leavers: simulation.leavers(),
                 broken_bonds: energy.broken_bonds,
-                equilibrium: simulation.static_evidence(),
+                equilibrium: simulation.static_evidence().map(SolveOutcome::from),
                 cell: simulation.cell(),
                 peak: simulation.peak(),
             }),

@@ -6,7 +6,8 @@ use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anisobond::Error;
-use anisobond::experiment::{Between, Collapse, Outcome, Problem, RunCost, Simulation};
+use anisobond::experiment::{Between, Collapse, Outcome, PackingSimulation, Problem, RunCost, Simulation, WithinStep};
+use anisobond_app::CaseFile;
 use anisobond_app::run::{RunOptions, RunSummary, run_problem};
 use anisobond_formats::Inputs;
 use case::problem;
@@ -156,6 +157,43 @@ fn a_run_stopped_within_a_load_step_resumes_to_the_bit() {
         assert!(a == b, "{name}");
     }
     assert!(!never.load(Ordering::Relaxed));
+}
+
+/// The equilibrium that a motion starts from is seen iteration by iteration, of nodes and of spheres; ended, there is no
+/// simulation, and nothing of a run is kept.
+#[test]
+fn an_equilibrium_at_the_start_can_be_stopped() {
+    let pull = |spheres: &str| {
+        let held = "[[condition]]\non = \"x-min\"\nthickness = \"2 mm\"\ndisplacement = [0, 0, 0]\n";
+        format!(
+            "{BAR}{spheres}{held}[[condition]]\non = \"x-max\"\nthickness = \"2 mm\"\ntraction = [\"1 MPa\", 0, 0]\n\
+             [motion]\nduration = \"1 us\"\nfrom_equilibrium = true\n"
+        )
+    };
+    let seen = Cell::new(0);
+    let after = |iterations: usize| {
+        seen.set(0);
+        let seen = &seen;
+        move |_: &WithinStep| {
+            seen.set(seen.get() + 1);
+            seen.get() <= iterations
+        }
+    };
+    let nodes = || problem(&pull(""));
+    assert!(Simulation::new_seen(nodes(), &after(usize::MAX)).is_ok() && seen.get() > 5, "{}", seen.get());
+    let ended = Simulation::new_seen(nodes(), &after(3)).err();
+    assert!(matches!(ended, Some(Error::Interrupted { .. })) && seen.get() == 4, "{ended:?}");
+    let folder = tempfile::tempdir().unwrap();
+    let stopped = run(nodes(), folder.path(), false, &AtomicBool::new(true)).unwrap_err();
+    assert!(matches!(stopped, Error::Interrupted { .. }), "{stopped}");
+    assert!(!folder.path().join("probes.csv").exists());
+
+    let text = pull("")
+        .replace("[grid]\n", "[packing]\nradius = \"0.5 mm\"\nnumber = 200\nseed = 1\ncontact_radius = 1.6\n[grid]\n");
+    let spheres = || CaseFile::parse(&text, "spheres", &["lattice=packing".into()]).unwrap().packing_problem().unwrap();
+    assert!(PackingSimulation::new_seen(spheres(), &after(usize::MAX)).is_ok() && seen.get() > 5, "{}", seen.get());
+    let ended = PackingSimulation::new_seen(spheres(), &after(3)).err();
+    assert!(matches!(ended, Some(Error::Interrupted { .. })) && seen.get() == 4, "{ended:?}");
 }
 
 /// The bar cut in the middle, its halves moved as rigid bodies.

@@ -10,7 +10,7 @@ use anisobond::experiment::element_test::{DynamicTest, ElementTest};
 use anisobond::experiment::{Correction, CorrectionChoice, GridStudy, LatticePlan, LatticeStudy};
 use anisobond::lattice::Lattice;
 use anisobond::operator::{BondList, Network};
-use anisobond::solver::{BlockJacobi, Stopping, Watch, conjugate_gradients, conjugate_gradients_watched};
+use anisobond::solver::{BlockJacobi, Ending, Stopping, Watch, solve_bonds};
 use anisobond::tensor::Stiffness;
 use anisobond::{Error, Result};
 use anisobond_app::element_sweep::{ElementSweep, store_in};
@@ -149,13 +149,14 @@ fn a_solve_that_is_watched_has_the_bits_of_one_that_is_not() {
     let mut b = list.zeros::<2>();
     list.apply_strain(&std::array::from_fn(|l| nalgebra::Vector6::from_fn(|i, _| (i + l) as f64)), &mut b);
     let stopping = Stopping::default();
-    let (x, report) = conjugate_gradients(&list, &m, &b, &stopping);
+    let (x, report) = solve_bonds(&list, &m, b.clone(), &[0.0; 2], (&stopping, &|_, _| true));
     let watch = Watch::default();
-    assert_eq!((x, report), conjugate_gradients_watched(&list, &m, &b, &[0.0; 2], &stopping, &watch));
-    assert!(report.converged && report.iterations > 10 && watch.iterations() == report.iterations as u64);
+    let watched = |b| solve_bonds(&list, &m, b, &[0.0; 2], (&stopping, &watch.look()));
+    assert_eq!((x, report), watched(b.clone()));
+    assert!(report.converged() && report.iterations > 10 && watch.iterations() == report.iterations as u64);
     watch.stop();
-    let (x, report) = conjugate_gradients_watched(&list, &m, &b, &[0.0; 2], &stopping, &watch);
-    assert!(!report.converged && report.iterations == 0 && x == list.zeros());
+    let (x, report) = watched(b);
+    assert!(report.ending == Ending::Stopped && report.iterations == 0 && x == list.zeros());
 }
 
 /// Jobs under way end when the sweep is told to stop; the store then holds none of them, and the same call does them.

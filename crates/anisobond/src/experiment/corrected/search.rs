@@ -189,7 +189,7 @@ fn measure<const P: usize>(
 fn error<const P: usize>(settings: &Correction, form: &impl Form<P>, test: &ElementTestResult) -> f64 {
     let stands = settings.test.mechanisms == Mechanisms::Report || test.mechanism.refuse().is_ok();
     let error = form.error(&test.measured);
-    if stands && error.is_finite() && !test.solver.negative_curvature { error } else { f64::INFINITY }
+    if stands && error.is_finite() && !test.solver.negative_curvature() { error } else { f64::INFINITY }
 }
 
 /// A share as a percentage of two digits.

@@ -198,7 +198,7 @@ impl DynamicTest {
             let [fx, fy, fz] = load.force;
             let [mx, my, mz] = load.moment;
             // Particles and bond lists number nodes along the same curve.
-            let kick = mass.apply(node, &[[fx], [fy], [fz], [mx], [my], [mz]]);
+            let kick = mass.at(node, &[[fx], [fy], [fz], [mx], [my], [mz]]);
             for i in 0..3 {
                 state.velocity[node][i] = (1.0 - DAMPING) * state.velocity[node][i] + kick[i][0];
                 state.spin[node][i] = (1.0 - DAMPING) * state.spin[node][i] + kick[3 + i][0];

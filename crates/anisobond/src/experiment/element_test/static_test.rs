@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::mechanism::Mechanism;
 use crate::operator::{BondList, Field, Network};
-use crate::solver::{BlockJacobi, SolverReport, Stopping, Watch, conjugate_gradients_watched};
+use crate::solver::{BlockJacobi, SolverReport, Stopping, Watch, solve_bonds};
 use crate::tensor::{EngineeringConstants, PAIRS, Stiffness, mandel_weight};
 use crate::{Error, Result};
 
@@ -135,21 +135,21 @@ impl ElementTest {
         let list = BondList::new(network)?;
         let preconditioner = BlockJacobi::new(&list, self.rotations == Rotations::Free);
         let (x, solver) = self.solve(network, &list, &preconditioner);
-        if !solver.converged {
+        if !solver.converged() {
             self.watch.check("the element test")?;
         }
         let field = strain_lanes(&x);
-        if solver.negative_curvature && self.mechanisms == Mechanisms::Refuse {
+        if solver.negative_curvature() && self.mechanisms == Mechanisms::Refuse {
             return Err(Error::mechanism(
                 "the lattice is not stable: there are displacements that lower its energy",
                 "use a nodal term with no negative eigenvalue, stiffer bonds, or ask for such lattices to be reported only",
             ));
         }
-        if solver.converged {
+        if solver.converged() {
             self.free_modes(network, &list, &x, &mut mechanism)?;
         }
         let (measured, summed, certificate) = self.measure(&list, &field);
-        if self.mechanisms == Mechanisms::Refuse && solver.converged {
+        if self.mechanisms == Mechanisms::Refuse && solver.converged() {
             refuse_free_strain(&measured)?;
         }
         Ok(ElementTestResult {
@@ -204,7 +204,7 @@ impl ElementTest {
         for (b, f) in b.iter_mut().flatten().flatten().zip(forces.iter().flatten().flatten()) {
             *b -= f;
         }
-        conjugate_gradients_watched(list, m, &b, &[rounding(list, m); L], &self.stopping, &self.watch)
+        solve_bonds(list, m, b, &[rounding(list, m); L], (&self.stopping, &self.watch.look()))
     }
 
     /// Random displacements and rotations in the probes' lanes, zero in the strains'. They depend on the node's number.
@@ -342,7 +342,7 @@ const ROUNDING: f64 = 1e-11;
 fn rounding(list: &BondList, m: &BlockJacobi) -> f64 {
     let carried = list.carried().into_iter().enumerate().map(|(node, [force, moment])| {
         let load = [[force], [force], [force], [moment], [moment], [moment]];
-        m.apply(node, &load).iter().zip(&load).map(|(z, r)| z[0] * r[0]).sum::<f64>()
+        m.at(node, &load).iter().zip(&load).map(|(z, r)| z[0] * r[0]).sum::<f64>()
     });
     ROUNDING.powi(2) * carried.sum::<f64>()
 }

@@ -59,13 +59,21 @@ impl PackingSimulation {
     /// stable one; a servo of a body that is not periodic along all axes, or in equilibrium; bonds that break or finite
     /// kinematics in equilibrium.
     pub fn new(problem: PackingProblem) -> Result<Self> {
+        PackingSimulation::new_seen(problem, &|_| true)
+    }
+
+    /// The same; the equilibrium that a motion starts from is seen while it is looked for.
+    ///
+    /// # Errors
+    /// As [`PackingSimulation::new`], and [`Error::Interrupted`] where `look` ends it.
+    pub fn new_seen(problem: PackingProblem, look: StepLook) -> Result<Self> {
         let problem = problem.checked()?;
         let loading = Loading::new(&problem)?;
         let joined = Joined::new(&problem);
         let stage = match problem.schedule {
             Schedule::Equilibrium { .. } => Stage::Equilibrium(Box::new(Rest::new(&problem)?)),
             Schedule::Motion { duration, .. } => {
-                let motion = motion(&problem, &loading, &joined)?;
+                let motion = motion(&problem, &loading, &joined, look)?;
                 let steps = steps_in(duration, motion.step())?;
                 Stage::Motion { motion: Box::new(motion), steps }
             }
@@ -284,10 +292,10 @@ impl ServoPlan {
 }
 
 /// The spheres of a problem, ready to move.
-fn motion(problem: &PackingProblem, loading: &Loading, joined: &Joined) -> Result<ParticleMotion> {
+fn motion(problem: &PackingProblem, loading: &Loading, joined: &Joined, look: StepLook) -> Result<ParticleMotion> {
     let mut particles = Particles::new(problem.model.clone())?;
     if let Schedule::Motion { from_equilibrium: true, .. } = problem.schedule {
-        let start = settled(problem, loading, joined, 0.0, &|_| true).map_err(|e| e.at("equilibrium at the start"))?;
+        let start = settled(problem, loading, joined, 0.0, look).map_err(|e| e.at("equilibrium at the start"))?;
         for (sphere, (u, theta)) in start.displacement.iter().zip(&start.rotation).enumerate() {
             particles.move_by(sphere, u);
             particles.turn_by(sphere, theta);

@@ -10,7 +10,7 @@ use crate::experiment::problem::Schedule;
 use crate::experiment::simulation::Ledger;
 use crate::operator::Kinematics;
 use crate::operator::particles::{Particles, Sums};
-use crate::solver::particles::{Equilibrium, equilibrium_seen};
+use crate::solver::particles::{SpheresAtRest, equilibrium_seen};
 use crate::solver::{SolverReport, Stopping};
 use crate::{Error, Result};
 
@@ -123,7 +123,7 @@ pub(super) fn settled(
     joined: &Joined,
     at: f64,
     look: StepLook,
-) -> Result<Equilibrium> {
+) -> Result<SpheresAtRest> {
     let tolerance = match problem.schedule {
         Schedule::Equilibrium { tolerance, .. } => tolerance,
         Schedule::Motion { .. } => START_TOLERANCE,

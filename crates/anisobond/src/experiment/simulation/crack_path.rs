@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::crack::{FROM_THE_START, WHOLE};
 use super::crack_tips::{CrackTip, crack_tips};
+use super::unrolled;
 use crate::lattice::Grid;
 
 /// Square of the distance (in spacings) up to which cracked nodes belong to one crack. Ways along such hops are at most 3 %
@@ -124,12 +125,15 @@ fn is_zone(grid: &Grid, times: &[f64], nodes: &[usize]) -> bool {
 fn path(grid: &Grid, times: &[f64], nodes: &[usize], hops: &[([i32; 3], f64)], motion: bool) -> CrackPath {
     let ways = ways(grid, times, nodes, hops);
     let point = |&node: &usize| CrackPoint { place: grid.position(node), time: times[node], way: ways[&node] };
-    let mut points: Vec<CrackPoint> = nodes.iter().map(point).collect();
-    points.sort_by(|a, b| a.time.total_cmp(&b.time).then(a.way.total_cmp(&b.way)));
-    let by_way = |a: &&CrackPoint, b: &&CrackPoint| a.way.total_cmp(&b.way);
-    let start = points.iter().min_by(by_way).map_or(points[0], |p| *p);
-    let tip = points.iter().max_by(by_way).map_or(points[0], |p| *p);
-    let places: Vec<Vector3<f64>> = points.iter().map(|p| p.place).collect();
+    let mut order = nodes.to_vec();
+    order.sort_by(|a, b| times[*a].total_cmp(&times[*b]).then(ways[a].total_cmp(&ways[b])));
+    let points: Vec<CrackPoint> = order.iter().map(point).collect();
+    let by_way = |a: &&usize, b: &&usize| ways[a].total_cmp(&ways[b]);
+    let first = order.iter().min_by(by_way).map_or(order[0], |n| *n);
+    let last = order.iter().max_by(by_way).map_or(order[0], |n| *n);
+    let (start, tip) = (point(&first), point(&last));
+    let unrolled = unrolled::around(grid, nodes, hops, first);
+    let places: Vec<Vector3<f64>> = order.iter().map(|n| unrolled[n]).collect();
     let history = tip_history(&points);
     let moving = motion && history.len() >= 3;
     let largest = history.iter().filter_map(|from| speed_from(from, &history, WINDOW * tip.way));
@@ -143,7 +147,7 @@ fn path(grid: &Grid, times: &[f64], nodes: &[usize], hops: &[([i32; 3], f64)], m
         nodes: points.len(),
         start: start.place.into(),
         tip: tip.place.into(),
-        direction: line(&places, &(tip.place - start.place)).into(),
+        direction: line(&places, &(unrolled[&last] - unrolled[&first])).into(),
         times: [points[0].time, points[points.len() - 1].time],
         speed: moving.then(|| slope(&history)),
         largest_speed: largest.reduce(f64::max).filter(|_| moving),

@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::crack_path::{CrackPoint, WINDOW, line, slope, speed_from, tip_history};
+use super::unrolled;
 use crate::lattice::Grid;
 
 /// Nodes no farther than this (in spacings) from the way of a tip belong to it.
@@ -92,9 +93,8 @@ pub(super) fn crack_tips(
         tips.push(tip(grid, times, ways, &trail, own.len(), motion));
         trails.push(trail);
         if let (Some((parent, from)), Some(tip)) = (branch, tips.last_mut()) {
-            let place = |n: &usize| grid.position(*n);
-            let other: Vec<Vector3<f64>> = trails[parent].iter().filter(|n| ways[n] >= from).map(place).collect();
-            let angle = chord(&other).angle(&Vector3::from(tip.direction)).to_degrees();
+            let other: Vec<usize> = trails[parent].iter().copied().filter(|n| ways[n] >= from).collect();
+            let angle = chord(&unrolled::along(grid, &other)).angle(&Vector3::from(tip.direction)).to_degrees();
             tip.branch = Some((parent + 1, angle));
         }
     }
@@ -147,16 +147,15 @@ fn tip(grid: &Grid, times: &[f64], ways: &BTreeMap<usize, f64>, trail: &[usize],
     let speed = |points: &[[f64; 2]]| (motion && points.len() >= 3).then(|| slope(points));
     let history =
         whole.iter().map(|&[time, length]| TipPoint { time, place: at(length), length, speed: speed(&near(length)) });
-    let own: Vec<CrackPoint> = points[trail.len() - own..].to_vec();
-    let (first, last) = (own[0], own[own.len() - 1]);
+    let places: Vec<Vector3<f64>> = unrolled::along(grid, &trail[..own]).into_iter().rev().collect();
+    let (first, last) = (points[trail.len() - own], points[points.len() - 1]);
     let own_history: Vec<[f64; 2]> = whole.iter().copied().filter(|p| p[1] >= first.way).collect();
     let largest = whole.iter().filter_map(|from| speed_from(from, &whole, WINDOW * last.way)).reduce(f64::max);
-    let places: Vec<Vector3<f64>> = own.iter().map(|p| p.place).collect();
     CrackTip {
         start: first.place.into(),
         tip: last.place.into(),
         length: last.way,
-        direction: line(&places, &(last.place - first.place)).into(),
+        direction: line(&places, &(places[own - 1] - places[0])).into(),
         branch: None,
         speed: speed(&own_history),
         largest_speed: largest.filter(|_| motion && whole.len() >= 3),

@@ -4,6 +4,8 @@ mod assemble;
 mod cost;
 mod crack;
 mod crack_path;
+#[cfg(test)]
+mod crack_tests;
 mod crack_tips;
 mod ledger;
 mod load_step;
@@ -16,6 +18,7 @@ mod resolution;
 mod saved;
 mod stability;
 mod statics;
+mod unrolled;
 
 use serde::{Deserialize, Serialize};
 
@@ -158,6 +161,14 @@ impl Simulation {
     /// What [`Problem::checked`] refuses; a material that cannot be calibrated; conditions that contradict each other; a step
     /// above the stable one; a start from an equilibrium that is none.
     pub fn new(problem: Problem) -> Result<Self> {
+        Simulation::new_seen(problem, &|_| true)
+    }
+
+    /// The same; the equilibrium that a motion starts from is seen while it is looked for.
+    ///
+    /// # Errors
+    /// As [`Simulation::new`], and [`Error::Interrupted`] where `look` ends it.
+    pub fn new_seen(problem: Problem, look: StepLook) -> Result<Self> {
         let problem = problem.checked()?;
         let (bonds, regions, reached) = assemble::bonds(&problem)?;
         let loading = Loading::new(&problem)?;
@@ -184,12 +195,12 @@ impl Simulation {
             bonds,
             loading,
         };
-        simulation.begin()?;
+        simulation.begin(look)?;
         Ok(simulation)
     }
 
     /// The state at the start.
-    fn begin(&mut self) -> Result<()> {
+    fn begin(&mut self, look: StepLook) -> Result<()> {
         match self.problem.schedule {
             Schedule::Equilibrium { steps, .. } => {
                 self.steps = steps as u64;
@@ -199,7 +210,7 @@ impl Simulation {
                 let evidence = time_step(&self.problem, self.bonds.grid())?;
                 self.steps = evidence.steps_in(duration)?;
                 if from_equilibrium {
-                    self.start_from_equilibrium()?;
+                    self.start_from_equilibrium(look)?;
                 }
                 let velocity = self.initial_velocity();
                 let damping = damping_of(&self.problem.schedule);
@@ -217,12 +228,12 @@ impl Simulation {
         }
     }
 
-    fn start_from_equilibrium(&mut self) -> Result<()> {
+    fn start_from_equilibrium(&mut self, look: StepLook) -> Result<()> {
         let statics = statics_of(&self.problem.schedule);
         let start = VectorField::zeros(self.problem.body.grid.len());
         let at_start = Moment { before: None, at: 0.0, lost: false };
         let settled = statics
-            .settle(&self.problem, &self.loading, &mut self.bonds, start, at_start, &|_| true)
+            .settle(&self.problem, &self.loading, &mut self.bonds, start, at_start, look)
             .map_err(|e| e.at("equilibrium at the start"))?;
         if settled.broke.is_some() {
             return Err(Error::input(

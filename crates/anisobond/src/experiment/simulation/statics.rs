@@ -10,10 +10,8 @@ use crate::experiment::outcome::{Collapse, StepLook, WithinStep};
 use crate::experiment::problem::Problem;
 use crate::operator::grid::{FailingBonds, Failure};
 use crate::operator::{Kinematics, VectorField};
-use crate::solver::Stopping;
-use crate::solver::grid::{
-    Ending, Equilibrium, FreeModes, GridSolverReport, Method, Prepared, Settled, SettlingEnd, Supports, settle,
-};
+use crate::solver::grid::{Equilibrium, FreeModes, Method, Prepared, Settled, SettlingEnd, Supports, settle};
+use crate::solver::{Ending, SolverReport, Stopping};
 use crate::{Error, Result};
 
 /// Iterations relative to those of the first solve with a preconditioner, above which it is set up anew.
@@ -34,7 +32,7 @@ pub struct StaticEvidence {
     /// Bonds broken in the step.
     pub broken: u64,
     /// The last solve.
-    pub report: GridSolverReport,
+    pub report: SolverReport,
 }
 
 /// When equilibrium is to be found: times, or load factors.

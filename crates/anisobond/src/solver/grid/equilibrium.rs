@@ -3,17 +3,17 @@
 use std::sync::Arc;
 
 use super::census::{Blocks, Census};
-use super::conjugate_gradients::{GridSolverReport, conjugate_gradients, reference};
 use super::free_modes::FreeModes;
+use super::linear::{FreePart, Projected, reference, solve};
 use super::multigrid::Smoothing;
 use super::nonlinear::newton;
-use super::preconditioner::{NodeBlocks, Preconditioner, Scheme, TwoScale};
+use super::preconditioner::{NodeBlocks, Scheme, TwoScale};
 use super::relaxation::relax;
 use super::supports::{Supports, check_load};
 use super::vectors::add_scaled;
 use crate::Result;
 use crate::operator::{GridOperator, VectorField};
-use crate::solver::{Look, Stopping};
+use crate::solver::{Look, Preconditioner, SolverReport, Stopping};
 
 /// Residual of the linear step that begins a non-linear solve.
 const FIRST_STEP: f64 = 1e-3;
@@ -50,7 +50,7 @@ const UNSEEN: Look = &|_, _| true;
 /// What a method needs of a body and its supports.
 pub enum Prepared {
     /// Conjugate gradients with this preconditioner.
-    Gradients(Box<dyn Preconditioner>),
+    Gradients(Box<dyn Preconditioner<VectorField> + Send + Sync>),
     /// Relaxation with these node blocks.
     Relaxation(NodeBlocks),
 }
@@ -105,7 +105,7 @@ impl<'a> Equilibrium<'a> {
     }
 
     /// The preconditioner.
-    pub fn preconditioner(&self) -> &dyn Preconditioner {
+    pub fn preconditioner(&self) -> &dyn Preconditioner<VectorField> {
         match &*self.prepared {
             Prepared::Gradients(p) => &**p,
             Prepared::Relaxation(blocks) => blocks,
@@ -123,13 +123,11 @@ impl<'a> Equilibrium<'a> {
         load: &VectorField,
         start: VectorField,
         stopping: &Stopping,
-    ) -> Result<(VectorField, GridSolverReport)> {
+    ) -> Result<(VectorField, SolverReport)> {
         self.check(load)?;
         let mut u = start;
         let report = match &*self.prepared {
-            Prepared::Gradients(p) => {
-                conjugate_gradients(self.operator, load, self.supports, &self.free, &**p, &mut u, (stopping, self.look))
-            }
+            Prepared::Gradients(p) => solve(&self.projected(&**p, self.supports), load, &mut u, (stopping, self.look)),
             Prepared::Relaxation(blocks) => {
                 let scale = self.scale(load);
                 self.supports.impose(&mut u);
@@ -153,7 +151,7 @@ impl<'a> Equilibrium<'a> {
         load: &VectorField,
         start: VectorField,
         stopping: &Stopping,
-    ) -> Result<(VectorField, GridSolverReport)> {
+    ) -> Result<(VectorField, SolverReport)> {
         self.check(load)?;
         let scale = self.scale(load);
         let residual = self.residual(forces, load);
@@ -165,12 +163,11 @@ impl<'a> Equilibrium<'a> {
                 let rise = self.supports.relative_to(&u);
                 let first = Stopping { tolerance: FIRST_STEP, ..*stopping };
                 let mut step = VectorField::zeros(load.len());
-                let linear =
-                    conjugate_gradients(self.operator, &rest, &rise, &self.free, &**p, &mut step, (&first, self.look));
+                let linear = solve(&self.projected(&**p, &rise), &rest, &mut step, (&first, self.look));
                 add_scaled(&mut u, 1.0, &step);
                 self.supports.impose(&mut u);
-                let mut report =
-                    newton(self.operator, residual, &**p, &self.free, scale, &mut u, (stopping, self.look));
+                let projected = self.projected(&**p, self.supports);
+                let mut report = newton(residual, &projected, scale, &mut u, (stopping, self.look));
                 report.iterations += linear.iterations;
                 report.applications += linear.applications + 1;
                 report
@@ -190,7 +187,13 @@ impl<'a> Equilibrium<'a> {
 
     /// What residuals are relative to.
     fn scale(&self, load: &VectorField) -> f64 {
-        reference(self.operator, load, self.supports, &self.free, &mut VectorField::zeros(load.len()))
+        let body = FreePart { operator: self.operator, supports: self.supports };
+        reference(body, load, &self.free, &mut VectorField::zeros(load.len()))
+    }
+
+    /// A preconditioner that leaves free modes alone, under supports.
+    fn projected<'b>(&'b self, m: &'b dyn Preconditioner<VectorField>, supports: &'b Supports) -> Projected<'b> {
+        Projected { preconditioner: m, body: FreePart { operator: self.operator, supports }, free: &self.free }
     }
 
     /// r = f + forces(u), zero on prescribed components.

@@ -12,9 +12,11 @@ use super::pieces::Pieces;
 use super::supports::Supports;
 use super::symmetric3::{Symmetric3, pseudo_inverse};
 use super::transfer::Transfer;
+use super::vectors::{add_scaled, scale_add};
 use super::waves::cheap_waves;
 use crate::lattice::Body;
 use crate::operator::{GridOperator, VectorField};
+use crate::solver::{LinearOperator, Preconditioner};
 use crate::tensor::Stiffness;
 
 /// A prescribed component is a spring to ground on the coarse grids, so many times as stiff as the node's own block.
@@ -22,13 +24,6 @@ const SUPPORT: f64 = 4.0;
 
 /// What a first coarse grid of twice the nodes must gain.
 const PRICE: f64 = 3.0;
-
-/// An approximate inverse of K: symmetric, positive on free components, zero on prescribed ones.
-pub trait Preconditioner: Send + Sync {
-    /// z = M⁻¹ r; returns how often K was applied. The operator may have lost bonds since the set-up: M⁻¹ is then a poorer
-    /// approximation, and still symmetric and positive.
-    fn apply(&self, operator: &dyn GridOperator, r: &VectorField, z: &mut VectorField) -> usize;
-}
 
 /// The inverse of every node's own 3×3 block.
 pub struct NodeBlocks {
@@ -93,8 +88,8 @@ impl NodeBlocks {
     }
 }
 
-impl Preconditioner for NodeBlocks {
-    fn apply(&self, _: &dyn GridOperator, r: &VectorField, z: &mut VectorField) -> usize {
+impl Preconditioner<VectorField> for NodeBlocks {
+    fn apply(&self, _: &dyn LinearOperator<VectorField>, r: &VectorField, z: &mut VectorField) -> usize {
         self.times(r, z);
         0
     }
@@ -147,6 +142,8 @@ impl Default for Scheme {
 /// piece. Short waves that cost little have coarse grids of their own.
 pub struct TwoScale {
     supports: Supports,
+    /// Nodes without material.
+    empty: Vec<u32>,
     blocks: NodeBlocks,
     transfer: Transfer,
     multigrid: Multigrid,
@@ -212,7 +209,8 @@ impl TwoScale {
         let finest = Hexahedra::new(transfer.coarse(), transfer.elements(), edges, filled, support, &tensors);
         let multigrid = Multigrid::new(finest, &tensors, smoothing);
         let blocks = NodeBlocks::of(blocks, grid.nodes[0], supports);
-        TwoScale { supports: supports.clone(), blocks, transfer, multigrid, waves, scheme }
+        let empty = (0..grid.len()).filter(|&node| !operator.body().has(node)).map(|node| node as u32).collect();
+        TwoScale { supports: supports.clone(), empty, blocks, transfer, multigrid, waves, scheme }
     }
 
     /// A⁻¹ Pᵀ r.
@@ -245,45 +243,40 @@ impl TwoScale {
     }
 
     /// Zero on prescribed components and empty nodes.
-    fn clear(&self, operator: &dyn GridOperator, z: &mut VectorField) {
+    fn clear(&self, z: &mut VectorField) {
         self.supports.clear(z);
-        let region = &operator.body().region;
         for z in &mut z.components {
-            z.par_iter_mut().zip(region).with_min_len(4096).for_each(|(z, region)| {
-                if *region == 0 {
-                    *z = 0.0;
-                }
-            });
+            self.empty.iter().for_each(|&node| z[node as usize] = 0.0);
         }
     }
 }
 
-impl Preconditioner for TwoScale {
-    fn apply(&self, operator: &dyn GridOperator, r: &VectorField, z: &mut VectorField) -> usize {
+impl Preconditioner<VectorField> for TwoScale {
+    fn apply(&self, operator: &dyn LinearOperator<VectorField>, r: &VectorField, z: &mut VectorField) -> usize {
         match self.scheme {
             Scheme::Additive { weight } => {
                 let coarse = self.coarse(r);
                 self.blocks.apply_rows(weight, r, z, Some((&self.transfer, &coarse)));
                 self.add_waves(r, z);
-                self.clear(operator, z);
+                self.clear(z);
                 0
             }
             Scheme::Multiplicative { weight } => {
                 self.blocks.apply_rows(weight, r, z, None);
                 let mut rest = VectorField::zeros(r.len());
-                operator.forces(z, &mut rest);
-                super::vectors::add_scaled(&mut rest, 1.0, r);
+                operator.apply(z, &mut rest);
+                scale_add(&mut rest, -1.0, r);
                 self.supports.clear(&mut rest);
                 let coarse = self.coarse(&rest);
                 let mut step = VectorField::zeros(r.len());
                 self.blocks.apply_rows(0.0, r, &mut step, Some((&self.transfer, &coarse)));
                 self.add_waves(&rest, &mut step);
-                self.clear(operator, &mut step);
-                super::vectors::add_scaled(z, 1.0, &step);
-                operator.forces(z, &mut rest);
-                super::vectors::add_scaled(&mut rest, 1.0, r);
+                self.clear(&mut step);
+                add_scaled(z, 1.0, &step);
+                operator.apply(z, &mut rest);
+                scale_add(&mut rest, -1.0, r);
                 self.blocks.apply_rows(weight, &rest, &mut step, None);
-                super::vectors::add_scaled(z, 1.0, &step);
+                add_scaled(z, 1.0, &step);
                 2
             }
         }

@@ -1,12 +1,10 @@
 //! Dynamic relaxation with kinetic damping: the second opinion on equilibrium, linear or not.
 
-use super::conjugate_gradients::{Ending, GridSolverReport};
 use super::free_modes::FreeModes;
 use super::preconditioner::NodeBlocks;
-use super::vectors::{add_scaled, dot};
-use super::watch::ResidualWatch;
+use super::vectors::{Vectors, add_scaled, dot};
 use crate::operator::VectorField;
-use crate::solver::{Look, Stopping};
+use crate::solver::{Look, Progress, SolverReport, Stopping};
 
 /// Steps without a new least residual after which relaxation has stagnated.
 const PATIENCE: usize = 20_000;
@@ -22,19 +20,19 @@ pub(super) fn relax(
     free: &FreeModes,
     scale: f64,
     u: &mut VectorField,
-    (stopping, look): (&Stopping, Look),
-) -> GridSolverReport {
+    seen: (&Stopping, Look),
+) -> SolverReport {
     let n = u.len();
     let (mut r, mut a, mut v) = (VectorField::zeros(n), VectorField::zeros(n), VectorField::zeros(n));
-    let mut report = GridSolverReport { iterations: 0, applications: 0, residual: 0.0, ending: Ending::Converged };
-    let mut watch = ResidualWatch::new(stopping, look, scale, PATIENCE);
+    let mut report = SolverReport::begun(0);
+    let mut progress = Progress::new(seen, scale, PATIENCE);
     let mut kinetic_last = 0.0;
     let mass = LARGEST / (4.0 * SAFETY * SAFETY);
     loop {
         residual(u, &mut r);
         free.project(&mut r);
         report.applications += 1;
-        if watch.ends(&r, &mut report) {
+        if progress.ends(&Vectors(n), &r, &mut report) {
             return report;
         }
         blocks.times(&r, &mut a);

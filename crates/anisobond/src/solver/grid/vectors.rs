@@ -3,9 +3,37 @@
 use rayon::prelude::*;
 
 use crate::operator::VectorField;
+use crate::solver::VectorSpace;
 
 /// Numbers per chunk.
 const CHUNK: usize = 1 << 14;
+
+/// Fields on so many nodes.
+pub(super) struct Vectors(pub usize);
+
+impl VectorSpace<1> for Vectors {
+    type Vector = VectorField;
+
+    fn zeros(&self) -> VectorField {
+        VectorField::zeros(self.0)
+    }
+
+    fn dot(&self, a: &VectorField, b: &VectorField) -> [f64; 1] {
+        [dot(a, b)]
+    }
+
+    fn add(&self, y: &mut VectorField, [s]: &[f64; 1], x: &VectorField) {
+        add_scaled(y, *s, x);
+    }
+
+    fn turn(&self, y: &mut VectorField, [s]: &[f64; 1], x: &VectorField) {
+        scale_add(y, *s, x);
+    }
+
+    fn not_finite(&self, a: &VectorField) -> Option<usize> {
+        (0..a.len()).find(|n| !a.at(*n).iter().all(|x| x.is_finite()))
+    }
+}
 
 /// a · b.
 pub fn dot(a: &VectorField, b: &VectorField) -> f64 {
@@ -56,5 +84,12 @@ pub fn scale_add(y: &mut VectorField, s: f64, x: &VectorField) {
                 *y = x + s * *y;
             }
         });
+    }
+}
+
+/// y = −y.
+pub fn negate(y: &mut VectorField) {
+    for y in &mut y.components {
+        y.par_chunks_mut(CHUNK).for_each(|y| y.iter_mut().for_each(|y| *y = -*y));
     }
 }

@@ -1,13 +1,11 @@
 //! Equilibrium of linear bonds: conjugate gradients with node blocks, some components held.
 
-use std::cell::Cell;
-
 use nalgebra::Vector3;
 
 use super::verlet::PointLoad;
 use crate::operator::particles::ParticleModel;
 use crate::operator::{BondList, Network, NodeField};
-use crate::solver::{BlockJacobi, Look, SolverReport, Stopping, conjugate_gradients_seen};
+use crate::solver::{BlockJacobi, Ending, Look, SolverReport, Stopping, solve_bonds};
 use crate::{Error, Result};
 
 /// A load that is left over by more than this share of the largest is not balanced.
@@ -27,7 +25,7 @@ pub struct Support {
 
 /// Spheres at rest.
 #[derive(Clone, Debug)]
-pub struct Equilibrium {
+pub struct SpheresAtRest {
     /// Displacements (m), by sphere.
     pub displacement: Vec<Vector3<f64>>,
     /// Rotation vectors (radians), by sphere.
@@ -50,7 +48,7 @@ pub fn equilibrium(
     supports: &[Support],
     loads: &[PointLoad],
     stopping: &Stopping,
-) -> Result<Equilibrium> {
+) -> Result<SpheresAtRest> {
     equilibrium_seen(model, supports, loads, stopping, &|_, _| true)
 }
 
@@ -64,7 +62,7 @@ pub fn equilibrium_seen(
     loads: &[PointLoad],
     stopping: &Stopping,
     look: Look,
-) -> Result<Equilibrium> {
+) -> Result<SpheresAtRest> {
     let n = model.packing.len();
     let spheres = supports.iter().map(|s| s.sphere).chain(loads.iter().map(|l| l.sphere));
     if let Some(missing) = spheres.into_iter().find(|&s| s as usize >= n) {
@@ -96,16 +94,11 @@ pub fn equilibrium_seen(
         }
     }
     let m = BlockJacobi::with_held(&list, &held);
-    let ended = Cell::new(false);
-    let seen = |iterations, residual| {
-        ended.set(!look(iterations, residual));
-        !ended.get()
-    };
-    let (mut x, report) = conjugate_gradients_seen(&list, &m, &b, &[0.0], stopping, &seen);
-    if !report.converged && ended.get() {
+    let (mut x, report) = solve_bonds(&list, &m, b.clone(), &[0.0], (stopping, look));
+    if report.ending == Ending::Stopped {
         return Err(Error::Interrupted { message: "equilibrium was not found yet".into() });
     }
-    if !report.converged {
+    if !report.converged() {
         // Given up before its time, the solve met a motion that costs no energy.
         let said = if report.iterations < stopping.most_iterations { Error::mechanism } else { Error::not_converged };
         return Err(said(
@@ -158,7 +151,7 @@ fn collected(
     held: &[[bool; 6]],
     loads: &[PointLoad],
     report: SolverReport,
-) -> Equilibrium {
+) -> SpheresAtRest {
     let mut gradient = list.zeros::<1>();
     list.apply(x, &mut gradient);
     let energy = 0.5 * x.iter().flatten().zip(gradient.iter().flatten()).map(|(x, g)| x[0] * g[0]).sum::<f64>();
@@ -176,5 +169,5 @@ fn collected(
             reaction[i / 3][i % 3] = 0.0;
         }
     }
-    Equilibrium { displacement: by_sphere(0), rotation: by_sphere(3), reaction, energy, report }
+    SpheresAtRest { displacement: by_sphere(0), rotation: by_sphere(3), reaction, energy, report }
 }

@@ -264,7 +264,7 @@ fn evidence(region: &str, study: &LatticeStudy, p: &PackingStatement) -> Result<
         Some((_, report)) => Ok(Stiffness::from_voigt_rows(&report.measured)?),
         None => {
             let test = ElementTest { rotations: p.rotations, ..ElementTest::default() };
-            test.run(&study.network()).and_then(|r| match r.solver.converged {
+            test.run(&study.network()).and_then(|r| match r.solver.converged() {
                 true => Ok(r.measured),
                 false => Err(Error::not_converged("its element test did not converge", "give a larger contact radius")),
             })
