@@ -325,7 +325,8 @@ impl FailingBonds {
     pub fn energy(&self, u: &Padded<f64>, kinematics: Kinematics) -> Result<f64> {
         let of = |(bond, stiffness): (&NonlinearBond, f64)| {
             let [_, e] = self.grid.elongations(u, kinematics, |_, _| Vector3::zeros(), bond);
-            0.5 * stiffness * bond.beyond(e).powi(2)
+            let beyond = bond.beyond(e);
+            0.5 * stiffness * beyond * beyond
         };
         let departed: f64 = self.departed_bonds().map(of).sum();
         Ok(self.grid.energy(u, kinematics)? + departed)
