@@ -163,10 +163,10 @@ fn a_run_stopped_within_a_load_step_resumes_to_the_bit() {
 /// simulation, and nothing of a run is kept.
 #[test]
 fn an_equilibrium_at_the_start_can_be_stopped() {
-    let pull = |spheres: &str| {
+    let pull = || {
         let held = "[[condition]]\non = \"x-min\"\nthickness = \"2 mm\"\ndisplacement = [0, 0, 0]\n";
         format!(
-            "{BAR}{spheres}{held}[[condition]]\non = \"x-max\"\nthickness = \"2 mm\"\ntraction = [\"1 MPa\", 0, 0]\n\
+            "{BAR}{held}[[condition]]\non = \"x-max\"\nthickness = \"2 mm\"\ntraction = [\"1 MPa\", 0, 0]\n\
              [motion]\nduration = \"1 us\"\nfrom_equilibrium = true\n"
         )
     };
@@ -179,7 +179,7 @@ fn an_equilibrium_at_the_start_can_be_stopped() {
             seen.get() <= iterations
         }
     };
-    let nodes = || problem(&pull(""));
+    let nodes = || problem(&pull());
     assert!(Simulation::new_seen(nodes(), &after(usize::MAX)).is_ok() && seen.get() > 5, "{}", seen.get());
     let ended = Simulation::new_seen(nodes(), &after(3)).err();
     assert!(matches!(ended, Some(Error::Interrupted { .. })) && seen.get() == 4, "{ended:?}");
@@ -188,9 +188,11 @@ fn an_equilibrium_at_the_start_can_be_stopped() {
     assert!(matches!(stopped, Error::Interrupted { .. }), "{stopped}");
     assert!(!folder.path().join("probes.csv").exists());
 
-    let text = pull("")
-        .replace("[grid]\n", "[packing]\nradius = \"0.5 mm\"\nnumber = 200\nseed = 1\ncontact_radius = 1.6\n[grid]\n");
-    let spheres = || CaseFile::parse(&text, "spheres", &["lattice=packing".into()]).unwrap().packing_problem().unwrap();
+    let text = pull().replace("40, 8 mm", "10, 6, 6 mm").replace(
+        "[grid]\nspacing = \"1 mm\"\nplane_strain = \"z\"\n",
+        "[packing]\nradius = \"0.5 mm\"\nnumber = 200\nseed = 1\ncontact_radius = 1.6\n",
+    );
+    let spheres = || CaseFile::parse(&text, "spheres", &[]).unwrap().packing_problem().unwrap();
     assert!(PackingSimulation::new_seen(spheres(), &after(usize::MAX)).is_ok() && seen.get() > 5, "{}", seen.get());
     let ended = PackingSimulation::new_seen(spheres(), &after(3)).err();
     assert!(matches!(ended, Some(Error::Interrupted { .. })) && seen.get() == 4, "{ended:?}");
