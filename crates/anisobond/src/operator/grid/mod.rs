@@ -6,7 +6,9 @@
 
 pub(super) mod ahead;
 mod aligned;
+mod beyond;
 mod build;
+mod departed;
 mod failed;
 mod failing;
 mod hybrid;
@@ -23,6 +25,7 @@ mod nonlinear;
 mod offsets;
 mod openings;
 mod padded;
+mod pulling;
 mod real;
 mod shortened;
 mod special;
