@@ -54,7 +54,7 @@ pub fn find_reading(name_or_path: &str, row: Option<&str>, unit: Option<&str>) -
             Ok(Reading { material, read_as: read_as.trim_end_matches(", ").into() })
         }
         (Some(_), _) => leave_out("row", &format!("tables of materials, and {name_or_path} is one material")),
-        (_, Some(_)) => leave_out("unit", &format!("files, and {name_or_path} is a built-in material")),
+        (_, Some(_)) => leave_out("unit", &format!("files, and {name_or_path} is one material that is built in")),
     };
     if !path.exists()
         && let Some(material) = Material::builtin(name_or_path)

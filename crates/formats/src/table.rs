@@ -3,7 +3,7 @@
 //! A broken row carries its own error and the others go on; what is wrong with the whole file (no rows, missing columns,
 //! not UTF-8) is one error.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::io::Read;
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use serde_json::value::RawValue;
 
 use crate::csv_text::unguarded;
 use crate::material::components::{Component, component_of, name, names};
-use crate::material::foreign::figure::{Figure, figures};
+use crate::material::foreign::figure::{Figure, figures, plain_number};
 use crate::material::foreign::thomsen::{NAMES as THOMSEN, dimension, parameter, stiffness as thomsen};
 use crate::material::keys::nearly;
 use crate::material::matrix::refuse_reordered;
@@ -33,6 +33,25 @@ use anisobond::{Error, Result};
 pub struct Table {
     /// One entry per row, also for rows that are wrong.
     pub rows: Vec<Row>,
+}
+
+impl Table {
+    /// Identifiers of several rows, each with its lines, in words; none where every row has its own.
+    pub fn repeated(&self) -> Vec<String> {
+        let mut lines: HashMap<&str, Vec<usize>> = HashMap::new();
+        self.rows.iter().for_each(|row| lines.entry(&row.id).or_default().push(row.line));
+        let mut said = HashSet::new();
+        let several = self.rows.iter().map(|row| row.id.as_str()).filter(|id| lines[id].len() > 1 && said.insert(*id));
+        let words = |id: &str| {
+            let all = &lines[id];
+            let mut shown: Vec<String> = all.iter().take(8).map(usize::to_string).collect();
+            if all.len() > shown.len() {
+                shown.push("…".into());
+            }
+            format!("{} rows are called {id}, in lines {}", all.len(), enumeration(&shown))
+        };
+        several.map(words).collect()
+    }
 }
 
 /// One row of a table.
@@ -108,7 +127,9 @@ fn start_of(path: &Path) -> std::io::Result<String> {
 
 /// The first line that is neither empty nor a comment.
 fn header_of(text: &str) -> &str {
-    text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#')).unwrap_or("")
+    text.lines()
+        .find(|line| !line.trim().is_empty() && !line.starts_with('#') && !line.starts_with("sep="))
+        .unwrap_or("")
 }
 
 /// Whether the first line has more than numbers.
@@ -294,6 +315,9 @@ pub fn csv_reader(text: &str) -> csv::Reader<&[u8]> {
 
 /// Rows of a CSV file.
 fn csv_rows(text: &str, place: &str, unit: Option<&StressUnit>) -> Result<Vec<Row>> {
+    // A spreadsheet's line "sep=;" says nothing that the header does not say.
+    let marked = text.starts_with("sep=").then(|| format!("#{}", &text[1..]));
+    let text = marked.as_deref().unwrap_or(text);
     let mut reader = csv_reader(text);
     let lines = Lines::new(text);
     let comma = delimiter(text) != b',';
@@ -404,6 +428,7 @@ impl Columns {
                 .map(|c| Ok((c, Column { at, unit: stress_unit(h, unit)?, heading: h.text.into() })))
         };
         let components: Vec<_> = headings.iter().enumerate().filter_map(component).collect::<Result<_>>()?;
+        refuse_half_named(&components, unit, first(&["unit", "units"]))?;
         Ok(Columns {
             width: headings.len(),
             id: first(&["material_id", "id", "name", "formula", "formula_pretty"]),
@@ -543,11 +568,13 @@ impl Column {
     /// The field in SI: a bare number in the column's unit, else in one of size `bare`; or a number with its own.
     fn value(&self, record: &csv::StringRecord, what: Dimension, bare: f64, comma: bool) -> Result<f64> {
         let text = record.get(self.at).unwrap_or("");
-        let value = match number(text, comma) {
-            Some(number) => what.bounded(number * self.unit.unwrap_or(bare), text),
-            None => split(text).and_then(|(number, unit)| match unit {
+        let pointed = if comma { text.replace(',', ".") } else { text.to_string() };
+        let plain = plain_number(&pointed);
+        let value = match Figure::of(&plain) {
+            Some(figure) => what.bounded(figure.value * self.unit.unwrap_or(bare), text),
+            None => split(&plain).and_then(|(number, unit)| match unit {
                 "" => Ok(number * self.unit.unwrap_or(bare)),
-                _ => what.parse(text),
+                _ => what.parse(&plain),
             }),
         };
         value.map_err(|e| e.at(format!("column {}", self.heading)))
@@ -638,6 +665,24 @@ fn thomsen_columns(headings: &[Heading]) -> Result<Option<Vec<Column>>> {
         Ok(Column { at, unit, heading: heading.text.to_string() })
     };
     (0..6).map(column).collect::<Result<_>>().map(Some)
+}
+
+/// Refuses a table of few constants of which some name a unit that is not the usual one, and some none.
+fn refuse_half_named(
+    components: &[(Component, Column)],
+    asked: Option<&StressUnit>,
+    column: Option<usize>,
+) -> Result<()> {
+    let odd = components.iter().find(|(_, c)| c.unit.is_some_and(|unit| unit != StressUnit::giga_pascal().size));
+    let bare = components.iter().find(|(_, c)| c.unit.is_none());
+    match (odd, bare) {
+        (Some((_, odd)), Some((_, bare))) if components.len() < 21 && asked.is_none() && column.is_none() => {
+            let (odd, bare) = (quoted(&odd.heading), quoted(&bare.heading));
+            let problem = format!("{bare} may have the unit of {odd}, or GPa as tables have where none is named");
+            Err(Error::input(problem, "name the unit in every heading, or in a column unit"))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Refuses a column whose name is nearly one that counts.

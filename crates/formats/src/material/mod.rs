@@ -288,7 +288,15 @@ impl Units {
 
     fn quantity(&self, node: &Node, key: &str, what: Dimension, unit: Option<f64>, missing: &str) -> Result<f64> {
         let value = match (&node.kind, unit) {
-            (Kind::Text(text), _) => return what.parse(text).map_err(|e| e.at(place(node.line, key))),
+            (Kind::Text(text), unit) => {
+                let plain = foreign::figure::plain_number(text);
+                return match (plain.parse::<f64>(), unit) {
+                    // A number that the file's language cannot hold otherwise.
+                    (Ok(value), Some(size)) if plain != text.trim() => what.bounded(value * size, text),
+                    _ => what.parse(&plain),
+                }
+                .map_err(|e| e.at(place(node.line, key)));
+            }
             (_, Some(size)) => node.number(key)? * size,
             (_, None) if node.number(key)? == 0.0 => 0.0,
             (_, None) => {

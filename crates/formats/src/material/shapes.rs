@@ -1,5 +1,7 @@
 //! The shapes in which JSON holds one tensor or many materials.
 
+use std::collections::HashMap;
+
 use super::matrix::full;
 use super::record::{is_record, names_a_tensor};
 use crate::tree::{Entry, Kind, Node};
@@ -97,25 +99,39 @@ fn by_column(root: &Node) -> Option<Vec<(Option<String>, Node)>> {
     if keys.is_empty() {
         return None;
     }
-    let value = |column: &Node, n: usize, key: &str| match &column.kind {
-        // Most often in the same order.
-        Kind::Table(rows) => match rows.get(n).filter(|row| row.key == key) {
-            Some(row) => Some(row.value.clone()),
-            None => column.get(key).map(|row| row.value.clone()),
-        },
-        Kind::List(rows) => rows.get(n).cloned(),
-        _ => None,
-    };
+    let columns: Vec<(&str, Column)> = root.entries().iter().map(|e| (e.key.as_str(), Column::of(&e.value))).collect();
     let row = |(n, key): (usize, &String)| {
-        let cells = root.entries().iter().filter_map(|column| {
-            let value = value(&column.value, n, key).filter(|value| !matches!(value.kind, Kind::Null))?;
-            Some(Entry { key: column.key.clone(), line: value.line, value })
+        let cells = columns.iter().filter_map(|(name, column)| {
+            let value = column.value(n, key).filter(|value| !matches!(value.kind, Kind::Null))?;
+            Some(Entry { key: (*name).into(), line: value.line, value: value.clone() })
         });
         let cells: Vec<Entry> = cells.collect();
         let line = cells.first().map_or(root.line, |cell| cell.line);
         (Some(key.clone()), Node { kind: Kind::Table(cells), line })
     };
     Some(keys.iter().enumerate().map(row).collect())
+}
+
+/// A column: values by row's key, or in order.
+enum Column<'n> {
+    Keyed(HashMap<&'n str, &'n Node>),
+    Listed(&'n [Node]),
+}
+
+impl<'n> Column<'n> {
+    fn of(node: &'n Node) -> Self {
+        match node.list() {
+            Some(rows) => Column::Listed(rows),
+            None => Column::Keyed(node.entries().iter().map(|row| (row.key.as_str(), &row.value)).collect()),
+        }
+    }
+
+    fn value(&self, n: usize, key: &str) -> Option<&'n Node> {
+        match self {
+            Column::Keyed(rows) => rows.get(key).copied(),
+            Column::Listed(rows) => rows.get(n),
+        }
+    }
 }
 
 fn is_setting(key: &str) -> bool {

@@ -44,6 +44,8 @@ fn cards_of_few_constants() {
     assert!(message.contains("c13") && message.contains("c33"), "{message}");
     let nine = "c11,c22,c33,c12,c13,c23,c44,c55,c66\n328,199,235,69,69,73,66,81,80";
     assert_eq!(first(nine), Ok([328.0, 66.0, 80.0]));
+    let kbar = first("id,class,C11 (kbar),C12,C44\nCu,cubic,1684,1214,754").unwrap_err();
+    assert!(kbar.contains("\"C12\" may have the unit of \"C11 (kbar)\", or GPa"), "{kbar}");
     assert!(first("id,C11,C12,C44\na,1,2,3").unwrap_err().contains("column class"));
     assert!(first(&nine.replace("c11", "clas,c11").replace("\n", "\nx,")).unwrap_err().contains("did you mean class?"));
 }
@@ -52,6 +54,9 @@ fn cards_of_few_constants() {
 fn decimal_commas_exponents_and_uncertainties() {
     assert_eq!(first("id;class;C11 (GPa);C12;C44\nCu;cubic;168,4;121,4;75,4"), Ok([168.4, 75.4, 75.4]));
     assert_eq!(first("id\tclass\tC11\tC12\tC44\nCu\tcubic\t1,684D+02\t121,4(3)\t75.4"), Ok([168.4, 75.4, 75.4]));
+    assert_eq!(first("sep=;\nid;class;C11;C12;C44\nCu;cubic;168,4(2) GPa;121,4;75,4"), Ok([168.4, 75.4, 75.4]));
+    let record = "[{\"class\": \"cubic\", \"c11\": \"168.4(2)\", \"c12\": \"121.4(3) GPa\", \"c44\": \"7.54D+01\"}]";
+    assert_eq!(first(record), Ok([168.4, 75.4, 75.4]));
     assert!(first("id;class;C11;C12;C44\nCu;cubic;1.168,4;121,4;75,4").unwrap_err().contains("column C11"));
 }
 
@@ -71,6 +76,8 @@ fn rows_of_one_name_have_numbers() {
     let path = folder.path().join("t.csv");
     std::fs::write(&path, "id,class,C11,C12,C44\nQ,cubic,168.4,121.4,75.4\nQ,cubic,160,120,70\nR,cubic,150,110,65\n")
         .unwrap();
+    let repeated = anisobond_formats::read_table(&path, None).unwrap().repeated();
+    assert_eq!(repeated, ["2 rows are called Q, in lines 2 and 3"]);
     let path = path.to_str().unwrap();
     let c11 =
         |row: &str| find_material(path, Some(row), None).map(|m| (m.stiffness.voigt()[(0, 0)] / 1e7).round() / 100.0);

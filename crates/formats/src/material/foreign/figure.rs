@@ -1,5 +1,7 @@
 //! Numbers as other programs write them: Fortran's exponents, decimal commas, uncertainties.
 
+use std::borrow::Cow;
+
 /// A number, and how much one of its last digit is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figure {
@@ -33,6 +35,16 @@ impl Figure {
         let digit = 10f64.powi(exponent.parse::<i32>().ok()?.clamp(-300, 300) - decimals);
         let uncertain = uncertainty.or(last.map(|last| last as f64 * digit));
         Some(Figure { value, digit: uncertain.map_or(digit, |u| u.max(digit)) })
+    }
+}
+
+/// A quantity whose number has a Fortran exponent or an uncertainty, with a plain one: "86.8(3) GPa" is "86.8 GPa".
+pub fn plain_number(text: &str) -> Cow<'_, str> {
+    let text = text.trim();
+    let (number, unit) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
+    match Figure::of(number).filter(|_| number.contains(['(', '±', 'd', 'D'])) {
+        Some(figure) => Cow::Owned(format!("{:?} {}", figure.value, unit.trim()).trim_end().to_string()),
+        None => Cow::Borrowed(text),
     }
 }
 
@@ -75,6 +87,15 @@ mod tests {
         assert_eq!(of("−3"), Some((-3.0, 1.0)));
         for wrong in ["nan", "inf", "-infinity", "", "-", "1e999", "e5", "0x10", "1.2.3", "d3", "3(x)", "C11"] {
             assert_eq!(of(wrong), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn quantities_lose_their_uncertainty() {
+        for (text, plain) in
+            [("86.8(3) GPa", "86.8 GPa"), ("1.5D+02 GPa", "150.0 GPa"), ("2 mm", "2 mm"), ("86.8(3)", "86.8")]
+        {
+            assert_eq!(plain_number(text), plain);
         }
     }
 

@@ -8,6 +8,10 @@ use crate::material::matrix::Order;
 const MOST_ROWS: usize = 64;
 const MOST_TITLES: usize = 6;
 
+/// Most blocks that are kept whatever they are, and most that are matrices.
+const MOST_BLOCKS: usize = 64;
+const MOST_MATRICES: usize = 1024;
+
 /// Numbers in rows without words between.
 pub(super) struct Block {
     /// Its first line, from 1.
@@ -110,6 +114,13 @@ pub(super) fn blocks(text: &str) -> Vec<Block> {
             continue;
         };
         if !open {
+            // Of a long text only what may be a matrix is kept.
+            if all.len() > MOST_BLOCKS && all.last().is_some_and(|block| block.squares().is_empty()) {
+                all.pop();
+            }
+            if all.len() > MOST_MATRICES {
+                break;
+            }
             all.push(Block { line: n + 1, rows: vec![], more: false, labels: Some(vec![]), titles: titles.clone() });
         }
         open = true;

@@ -50,7 +50,7 @@ fn constants(source: &Source, lines: &[(usize, &str)]) -> Result<Found> {
             "is the file cut off?",
         ));
     }
-    let unit = settled(source, &own, square.0.iter().flatten().fold(0.0, |m: f64, f| m.max(f.value.abs())))?;
+    let unit = settled(source, &own, square.largest())?;
     let (stiffness, done) = square.stiffness(unit.size, Order::Voigt)?;
     Ok(Found::new(
         stiffness,

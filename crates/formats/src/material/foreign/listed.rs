@@ -91,7 +91,8 @@ fn of_components(source: &Source, given: &[(usize, Component, Figure)], own: &[S
     let habits = Habits { unit: Some(unit.clone()), ..Habits::default() };
     let material = material_of(&table, &habits).map_err(|e| e.at(source.place))?;
     let class = class.map_or(String::new(), |(_, class)| format!(", class {}", class.name()));
-    let read_as = format!("{} constants by name{class}, {}, order 11 22 33 23 13 12", once.len(), unit.name);
+    let program = super::matrix_text::program(source).map_or(String::new(), |program| format!("{program}, "));
+    let read_as = format!("{program}{} constants by name{class}, {}, order 11 22 33 23 13 12", once.len(), unit.name);
     Ok(Found::new(material.stiffness, read_as))
 }
 

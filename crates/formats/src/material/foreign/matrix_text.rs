@@ -39,6 +39,11 @@ pub(super) fn read(source: &Source) -> Option<Result<Found>> {
     Some(chosen(source, matrices))
 }
 
+/// The program that wrote a text, where it says so.
+pub(super) fn program(source: &Source) -> Option<&'static str> {
+    PROGRAMS.iter().find(|(words, _)| source.text.contains(words)).map(|(_, name)| *name)
+}
+
 /// Whether a line speaks of the inverse.
 fn of_compliance(title: &str) -> bool {
     let title = title.to_lowercase();
@@ -77,10 +82,9 @@ fn chosen(source: &Source, matrices: Vec<(&Block, Square)>) -> Result<Found> {
 }
 
 fn whole(source: &Source, block: &Block, square: &Square) -> Result<Found> {
-    let program = PROGRAMS.iter().find(|(words, _)| source.text.contains(words)).map(|(_, name)| *name);
-    let program = program.or(source.place.contains("ELASTIC_TENSOR").then_some("VASPKIT"));
+    let program = program(source).or(source.place.contains("ELASTIC_TENSOR").then_some("VASPKIT"));
     let factor = block.factor();
-    let largest = factor * square.0.iter().flatten().fold(0.0, |m: f64, f| m.max(f.value.abs()));
+    let largest = factor * square.largest();
     let mut own = own_units(source, block);
     // Its input file is in GPa.
     if own.is_empty() && source.unit.is_none() && program == Some("VASPKIT") {

@@ -4,6 +4,7 @@
 //! and an error where it is and something is wrong or may be read in two ways.
 
 mod cards;
+mod comsol;
 pub mod figure;
 mod grid;
 mod lammps;
@@ -67,11 +68,12 @@ impl Found {
 type Reader = fn(&Source) -> Option<Result<Found>>;
 
 /// Every format; one that says more of itself stands before one that says less.
-const FORMATS: [(&str, Reader); 8] = [
+const FORMATS: [(&str, Reader); 9] = [
     ("VASP's OUTCAR", vasp::read),
     ("LAMMPS' elastic constants", lammps::read),
     ("cards of Abaqus and CalculiX", cards::abaqus::read),
     ("commands of Ansys", cards::ansys::read),
+    ("lists of COMSOL", comsol::read),
     ("Thomsen's parameters", thomsen::read),
     ("rows i j value (MSAT)", msat::read),
     ("a 6×6 matrix, with or without words around it", matrix_text::read),

@@ -50,7 +50,7 @@ impl Square {
     }
 
     /// The largest entry.
-    fn largest(&self) -> f64 {
+    pub fn largest(&self) -> f64 {
         self.0.iter().flatten().fold(0.0, |largest: f64, f| largest.max(f.value.abs()))
     }
 

@@ -16,7 +16,9 @@ pub(super) fn units_of_line(line: &str) -> Vec<StressUnit> {
     let mut before = "";
     let words = line.split(|c: char| c.is_whitespace() || "()[]{},;:=\"'#%*".contains(c));
     for word in words.filter(|word| !word.is_empty()) {
-        if let Some(unit) = unit_of(word.trim_end_matches('.'), before)
+        if word.len() <= 12
+            && word.starts_with(|c: char| c.is_ascii_alphabetic())
+            && let Some(unit) = unit_of(word.trim_end_matches('.'), before)
             && found.iter().all(|known| known.size != unit.size)
         {
             found.push(unit);

@@ -38,7 +38,7 @@ fn block(source: &Source, text: &str, times: usize) -> Result<Found> {
     })?;
     let order = found[0].order().unwrap_or(Order::VASP);
     let own = units_of_line(lines[0]);
-    let unit = settled(source, &own, square.0.iter().flatten().fold(0.0, |m: f64, f| m.max(f.value.abs())))?;
+    let unit = settled(source, &own, square.largest())?;
     let (stiffness, done) = square.stiffness(unit.size, order)?;
     let which = if times > 1 { format!(" (the last of {times} blocks)") } else { String::new() };
     let order = order.words();
