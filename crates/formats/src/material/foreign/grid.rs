@@ -34,7 +34,7 @@ impl Block {
         }
         let rows = self.unnumbered();
         let six = rows.iter().all(|row| row.len() == 6);
-        if six && rows.len() > 6 && rows.len() % 6 == 0 {
+        if six && rows.len() > 6 && rows.len().is_multiple_of(6) {
             return rows.chunks(6).filter_map(Square::of_rows).collect();
         }
         let lengths: Vec<usize> = rows.iter().map(Vec::len).collect();
