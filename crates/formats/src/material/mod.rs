@@ -54,6 +54,9 @@ const KEYS: [&str; 11] = [
     "source",
 ];
 
+/// Longest text (bytes) that is taken for a material file before all else.
+const MOST_BYTES: usize = 1 << 20;
+
 /// Keys that others have, too.
 const COMMON: [&str; 3] = ["name", "density", "source"];
 
@@ -173,6 +176,14 @@ fn of_json(text: &str, place: &str, unit: Option<&StressUnit>) -> Result<Reading
 
 /// The material of a TOML document, or of another program's text.
 fn of_text(text: &str, place: &str, unit: Option<&StressUnit>) -> Result<Reading> {
+    // The reader of TOML needs dozens of times the memory of its text.
+    if text.len() > MOST_BYTES && !names_own_keys(text) {
+        let none = || {
+            let problem = "the text is none of the formats that are known, and too long for a material file";
+            Error::input(problem, format!("give a material file, a table, or {}", foreign::names())).at(place)
+        };
+        return foreign::read(&foreign::Source { text, place, unit }).unwrap_or_else(|| Err(none()));
+    }
     let parsed = parse_toml(text, place);
     let known = |root: &Node| root.entries().iter().any(|e| !COMMON.contains(&e.key.as_str()) && known_key(e).is_ok());
     let own = parsed.as_ref().is_ok_and(known) || names_own_keys(text);

@@ -24,7 +24,7 @@ use anisobond::tensor::{Material, Stiffness};
 use anisobond::{Error, Result};
 
 /// Longest text (bytes) in which a matrix is looked for wherever it may stand.
-const MOST_SEARCHED: usize = 64 << 20;
+const MOST_SEARCHED: usize = 16 << 20;
 
 /// A text, and what is known beside it.
 pub(super) struct Source<'t> {
