@@ -2,12 +2,11 @@
 
 use anisobond::Result;
 use anisobond_app::AdviceReport;
-use anisobond_formats::find_material;
 
 use crate::{Ending, args, text};
 
 pub fn run(args: &args::Advise) -> Result<Ending> {
-    let material = find_material(&args.material, args.table.row.as_deref(), args.table.unit.as_deref())?;
+    let material = args.table.find(&args.material)?.material;
     let report = AdviceReport::new(&material)?;
     if args.json {
         text::print_json(&report)?;

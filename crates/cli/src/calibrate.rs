@@ -32,8 +32,7 @@ pub fn run(args: &args::Calibrate) -> Result<Ending> {
     if args.jsonl {
         return Err(Error::input(format!("--jsonl, but {} is one material", args.material), "use --json"));
     }
-    let material =
-        anisobond_formats::find_material(&args.material, args.table.row.as_deref(), args.table.unit.as_deref())?;
+    let material = args.table.find(&args.material)?.material;
     let done = Calibrated::new(args, material)?;
     let report = &done.report;
     if let Some(folder) = &args.output {

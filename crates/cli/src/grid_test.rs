@@ -18,7 +18,7 @@ pub fn run(args: &args::ElementTest, rotations: Rotations) -> Result<Ending> {
     if args.bonds.correct == Some(args::CorrectName::Elliptic) {
         return Err(Error::input("--correct elliptic with --grid", "use --correct, which corrects every direction"));
     }
-    let material = anisobond_formats::find_material(&args.material, None, None)?;
+    let material = args.bonds.table.find(&args.material)?.material;
     let neighbourhood = calibrate::neighbourhood(&args.neighbourhood)?;
     let test = GridStudy::usual_test(rotations);
     let model = model(args.bonds.model, Model::Central);

@@ -116,7 +116,7 @@ fn study(
     args: &args::BondArgs,
     rotations: Rotations,
 ) -> Result<(Material, LatticeStudy)> {
-    let mut material = anisobond_formats::find_material(material, None, None)?;
+    let mut material = args.table.find(material)?.material;
     let packing = anisobond_formats::read_packing(packing)?;
     if let Some(given) = &args.axis {
         let axis = match given.contains(':') {

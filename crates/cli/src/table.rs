@@ -11,6 +11,9 @@ use crate::{Ending, args, interrupt, report, text};
 
 pub fn run(args: &args::Calibrate, calibrator: &ModelCalibrator) -> Result<Ending> {
     let table = read_table(&args.material, args.table.unit.as_deref())?;
+    for repeated in table.repeated().iter().take(MOST_SHOWN) {
+        eprintln!("note: {repeated}; each has its line in the results");
+    }
     let _lock = args.output.as_ref().map(FolderLock::alone).transpose()?;
     let mut journal = args.output.as_ref().map(|folder| table_journal(folder, args.force)).transpose()?;
     let stop = interrupt::flag();

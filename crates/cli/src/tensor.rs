@@ -3,7 +3,7 @@
 use anisobond::tensor::{DirectionalModuli, Extremes, Material, SymmetryClass};
 use anisobond::{Error, Result};
 use anisobond_app::TensorReport;
-use anisobond_formats::{find_material, json_value, parse_density};
+use anisobond_formats::{Reading, json_value, parse_density};
 use serde_json::json;
 
 use crate::{Ending, args, text};
@@ -12,7 +12,7 @@ pub fn run(args: &args::Tensor) -> Result<Ending> {
     if !(args.tolerance >= 0.0 && args.tolerance.is_finite()) {
         return Err(Error::input(format!("--tolerance {}", args.tolerance), "give a number ≥ 0, as 0.005"));
     }
-    let mut material = find_material(&args.material, args.table.row.as_deref(), args.table.unit.as_deref())?;
+    let Reading { mut material, read_as } = args.table.find(&args.material)?;
     if let Some(density) = &args.density {
         material.density = Some(parse_density(density).map_err(|e| e.at("--density"))?);
     }
@@ -20,10 +20,12 @@ pub fn run(args: &args::Tensor) -> Result<Ending> {
     let report = TensorReport::new(&material, args.tolerance)?;
     if args.json {
         let mut document = json_value(&report)?;
+        document["read_as"] = read_as.into();
         document["directions"] = directions;
         text::print_json(&document)?;
     } else {
-        text::print(&describe(&report, &directions))?;
+        let said = format!("\n{}\n", text::wrapped("read as  ", &read_as).trim_end());
+        text::print(&describe(&report, &directions).replacen('\n', &said, 1))?;
     }
     Ok(Ending::Done)
 }

@@ -35,7 +35,7 @@ pub enum Dimension {
 }
 
 /// Every unit: its dimension, its name (letter case counts) and its size in SI.
-const UNITS: [(Dimension, &str, f64); 66] = [
+const UNITS: [(Dimension, &str, f64); 67] = [
     (Dimension::Stress, "Pa", 1.0),
     (Dimension::Stress, "kPa", 1e3),
     (Dimension::Stress, "MPa", 1e6),
@@ -49,6 +49,7 @@ const UNITS: [(Dimension, &str, f64); 66] = [
     (Dimension::Stress, "Mbar", 1e11),
     (Dimension::Stress, "bar", 1e5),
     (Dimension::Stress, "kbar", 1e8),
+    (Dimension::Stress, "kBar", 1e8),
     (Dimension::Stress, "atm", 101_325.0),
     (Dimension::Stress, "dyn/cm2", 0.1),
     (Dimension::Stress, "eV/A3", 1.602_176_634e11),
@@ -138,6 +139,14 @@ impl Dimension {
             Dimension::ForceDensity => "N/m3",
             Dimension::SurfaceEnergy => "J/m2",
             Dimension::Rate => "1/s",
+        }
+    }
+
+    /// A unit that is usual, for messages.
+    pub(crate) fn usual(self) -> &'static str {
+        match self {
+            Dimension::Density => "g/cm3",
+            other => other.si(),
         }
     }
 
@@ -288,7 +297,7 @@ pub fn parse_angle(text: &str) -> Result<f64> {
 }
 
 /// One spelling of a unit: no spaces nor ^, powers as digits, u for µ, A for Å.
-fn plain(name: &str) -> String {
+pub(crate) fn plain(name: &str) -> String {
     let letter = |c: char| match c {
         '²' => Some('2'),
         '³' => Some('3'),

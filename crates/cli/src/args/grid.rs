@@ -12,9 +12,12 @@ Examples:
   anisobond tensor KIO3
   anisobond tensor rock.toml --json
   anisobond tensor Si --density '2330 kg/m3' --direction 1,1,1
-  anisobond tensor crystals.csv --row mp-149 --tolerance 0.01")]
+  anisobond tensor crystals.csv --row mp-149 --tolerance 0.01
+  anisobond tensor OUTCAR --json
+  anisobond tensor matrix.txt --unit GPa")]
 pub struct Tensor {
-    /// Built-in name (see `anisobond materials`) or the path of a material file
+    /// Built-in name (see `anisobond materials`) or the path of a file: a material file, a table, or what another program
+    /// wrote (VASP, LAMMPS, Abaqus, pymatgen, a 6×6 matrix as text, …)
     pub material: String,
     #[command(flatten)]
     pub table: TableArgs,
@@ -48,7 +51,7 @@ Examples:
 
 Exit codes: 0 done, 2 bad input, 3 --require-exact asked and not reached, 4 a calibration did not converge, 130 interrupted.")]
 pub struct Calibrate {
-    /// Built-in name, material file (TOML, JSON) or table of materials (CSV, JSON list, JSON Lines)
+    /// Built-in name, file of a material (TOML, JSON, what another program wrote) or table of materials (CSV, JSON)
     #[arg(value_name = "MATERIAL|TABLE")]
     pub material: String,
     #[command(flatten)]
@@ -130,7 +133,7 @@ Examples:
   anisobond advise rock.toml --json
   anisobond advise crystals.csv --row mp-149")]
 pub struct Advise {
-    /// Built-in name or the path of a material file
+    /// Built-in name or the path of a file, as of `anisobond tensor`
     pub material: String,
     #[command(flatten)]
     pub table: TableArgs,
@@ -139,15 +142,25 @@ pub struct Advise {
     pub json: bool,
 }
 
-/// How rows of a table are read.
+/// How the file of a material or of a table is read.
 #[derive(Args)]
 pub struct TableArgs {
-    /// Row of a table, by identifier
+    /// Row of a table, by identifier; ID#2 is the second of several, line:3 that of a line
     #[arg(long, value_name = "ID")]
     pub row: Option<String>,
-    /// Unit of a table that names none [default: GPa]
+    /// Unit of numbers for which the file names none, as GPa or kbar [default: GPa in tables, none else]
     #[arg(long)]
     pub unit: Option<String>,
+}
+
+impl TableArgs {
+    /// The material of a built-in name or of a file, and what the file was taken for.
+    ///
+    /// # Errors
+    /// As [`anisobond_formats::find_reading`].
+    pub fn find(&self, material: &str) -> anisobond::Result<anisobond_formats::Reading> {
+        anisobond_formats::find_reading(material, self.row.as_deref(), self.unit.as_deref())
+    }
 }
 
 /// Which grid points are bonded, and how much each bond counts.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::NeighbourhoodArgs;
+use super::{NeighbourhoodArgs, TableArgs};
 
 /// Contact radius of bonds unless another is asked for.
 pub const USUAL_CONTACT_RADIUS: f64 = 1.8;
@@ -83,6 +83,8 @@ pub enum CrystalName {
 /// How a packing's bonds are made.
 #[derive(Args)]
 pub struct BondArgs {
+    #[command(flatten)]
+    pub table: TableArgs,
     /// Contact radius I_R: bonds where |x₁ − x₂| ≤ I_R (r₁ + r₂)
     #[arg(long, default_value_t = USUAL_CONTACT_RADIUS, allow_negative_numbers = true)]
     pub contact_radius: f64,

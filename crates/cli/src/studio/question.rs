@@ -5,7 +5,7 @@ use std::time::Instant;
 use anisobond::tensor::{Material, SYMMETRY_TOLERANCE};
 use anisobond::{Error, Result};
 use anisobond_app::{calibrated_case, calibration_page, calibration_page_data};
-use anisobond_formats::{BondModuli, builtin_material, material_text, parse_class, parse_material};
+use anisobond_formats::{BondModuli, builtin_material, material_text, parse_any, parse_class};
 use clap::Parser;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
@@ -43,7 +43,7 @@ pub struct Question {
     rotate: Vec<String>,
 }
 
-/// A built-in name, or the text of a material file.
+/// A built-in name, or the text of a material file or of another program.
 #[derive(Deserialize)]
 #[serde(rename_all = "lowercase")]
 enum MaterialText {
@@ -136,7 +136,7 @@ impl Question {
             MaterialText::Name(name) => builtin_material(name.trim())?,
             MaterialText::Text(text) => {
                 let json = text.trim_start().starts_with('{');
-                parse_material(text, if json { "material.json" } else { "material.toml" })?
+                parse_any(text, if json { "material.json" } else { "material.toml" }, None)?.material
             }
         };
         if !self.class.is_empty() {

@@ -21,6 +21,9 @@ mod engineering;
 pub mod record;
 pub(super) mod matrix;
 mod text;
+pub(super) mod foreign;
+pub(super) mod keys;
+pub(super) mod shapes;
 
 use std::path::Path;
 
@@ -51,25 +54,59 @@ const KEYS: [&str; 11] = [
     "source",
 ];
 
+/// Longest text (bytes) that is taken for a material file before all else.
+const MOST_BYTES: usize = 1 << 20;
+
+/// Keys that others have, too.
+const COMMON: [&str; 3] = ["name", "density", "source"];
+
 /// The ways to give a stiffness, for messages.
 const FORMS: &str = "stiffness (a 6×6 matrix), compliance, c11 … c66, or a table [engineering]";
 
-/// Reads a material file: TOML, or JSON if its name ends in `.json`. See [`parse_material`].
-///
-/// # Errors
-/// A file that cannot be read or is not UTF-8, or what [`parse_material`] refuses.
-pub fn read_material(path: impl AsRef<Path>) -> Result<Material> {
-    let path = path.as_ref();
-    parse_material(&read_text(path)?, &path.display().to_string())
+/// A material, and what its text was taken for.
+#[derive(Clone, Debug)]
+pub struct Reading {
+    /// The material.
+    pub material: Material,
+    /// Format, what was taken from it, unit and order, in words: "VASP OUTCAR, TOTAL ELASTIC MODULI, kbar, order XX YY ZZ XY YZ
+    /// ZX".
+    pub read_as: String,
 }
 
-/// A material from the text of a file; `place` names the file in messages. JSON if the name ends in `.json` or the text
-/// begins with `{`, else TOML. Without `name`, the material is called after the file.
+/// Reads a material file: TOML, JSON, or another program's text. See [`parse_reading`].
+///
+/// # Errors
+/// A file that cannot be read or is not UTF-8, or what [`parse_reading`] refuses.
+pub fn read_material(path: impl AsRef<Path>) -> Result<Material> {
+    read_reading(path, None).map(|reading| reading.material)
+}
+
+/// As [`read_material`], with the unit of numbers for which the file names none, and what the file was taken for.
+///
+/// # Errors
+/// As [`read_material`].
+pub fn read_reading(path: impl AsRef<Path>, unit: Option<&str>) -> Result<Reading> {
+    let path = path.as_ref();
+    parse_reading(&read_text(path)?, &path.display().to_string(), unit)
+}
+
+/// As [`parse_reading`], the material alone.
+///
+/// # Errors
+/// As [`parse_reading`].
+pub fn parse_material(text: &str, place: &str) -> Result<Material> {
+    parse_reading(text, place, None).map(|reading| reading.material)
+}
+
+/// A material from the text of a file, known by what stands in it; `place` names the file in messages, `unit` is the unit of
+/// numbers for which the text names none. JSON if the name ends in `.json` or the text begins as JSON does; TOML; else the text
+/// of another program (`foreign`). Without `name`, the material is called after the file.
 ///
 /// Keys: `name`, `unit`, `density` ("2650 kg/m3"), `source`, and exactly one of
 /// - `stiffness`: six rows of six numbers; or rows of 6, 5, 4, 3, 2, 1 (upper triangle); or a full matrix whose lower
-///   triangle is zero; or one list of 21 or 36. `order` = "voigt" (11 22 33 23 13 12, default), "abaqus" (11 22 33 12 13
-///   23; a list of 21 is then the ANISOTROPIC card, column by column), "lammps" (xx yy zz xy xz yz) or "mandel".
+///   triangle is zero; or one list of 21 or 36; or all 3×3×3×3 components. `order` = "voigt" (11 22 33 23 13 12, default),
+///   "abaqus" (11 22 33 12 13 23; a list of 21 is then the ANISOTROPIC card, column by column), "lammps" (xx yy zz xy xz yz),
+///   "vasp" (xx yy zz xy yz zx), "mandel", or the six rows spelled out.
 /// - `compliance`: the same shapes; a bare number is in 1/`unit`, engineering shear strains (s44 = 1/G23).
 /// - `c11` … `c66`: with `class`, the constants that determine it, the others implied and checked; without, at least the
 ///   nine of orthotropy, the others zero.
@@ -82,12 +119,47 @@ pub fn read_material(path: impl AsRef<Path>) -> Result<Material> {
 ///
 /// # Errors
 /// A syntax error (file:line:column), an unknown or repeated key, two forms or none, a number without unit, a wrong unit or
-/// shape, a contradiction or a missing constant, or a stiffness that is not positive definite. All name file, line and key.
-pub fn parse_material(text: &str, place: &str) -> Result<Material> {
+/// shape, a contradiction or a missing constant, what may be read in two ways, or a stiffness that is not positive definite.
+/// All name file, line and key.
+pub fn parse_reading(text: &str, place: &str, unit: Option<&str>) -> Result<Reading> {
     let text = without_mark(text);
     let path = Path::new(place);
-    let json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) || text.trim_start().starts_with('{');
-    let root = if json { parse_json(text, place)? } else { parse_toml(text, place)? };
+    let unit = unit.map(StressUnit::named).transpose().map_err(|e| e.at("unit"))?;
+    let json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) || shapes::begins_as_json(text);
+    let read = if json { of_json(text, place, unit.as_ref()) } else { of_text(text, place, unit.as_ref()) };
+    read.map(|mut reading| {
+        let name = &mut reading.material.name;
+        if name.is_empty() {
+            *name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+        }
+        reading
+    })
+}
+
+/// The material of a JSON document: a record, the keys of a material file, or a bare list of components.
+fn of_json(text: &str, place: &str, unit: Option<&StressUnit>) -> Result<Reading> {
+    let root = match parse_json(text, place) {
+        // Python's and MATLAB's lists are not quite JSON's.
+        Err(e) if !text.trim_start().starts_with('{') => {
+            return foreign::read(&foreign::Source { text, place, unit }).unwrap_or(Err(e));
+        }
+        root => root?,
+    };
+    if shapes::is_tensor(&root) {
+        let Some(unit) = unit else {
+            return Err(foreign::missing_unit(shapes::largest(&root)).at(place));
+        };
+        let table = shapes::with_key("stiffness", &root);
+        let habits = Habits { unit: Some(unit.clone()), scatter: record::SCATTER, ..Habits::default() };
+        return reading_of(&table, &habits, "JSON list").map_err(|e| e.at(place));
+    }
+    if let Some(mut rows) = shapes::rows(&root) {
+        if rows.len() != 1 {
+            let problem = format!("the file holds {} materials, not one material", rows.len());
+            return Err(Error::input(problem, "it is a table").at(place));
+        }
+        return record::reading_of_record(&rows.remove(0).1, unit).map_err(|e| e.at(place));
+    }
     if !matches!(root.kind, Kind::Table(_)) {
         return Err(Error::input(
             format!("the file holds {}, not one material", root.described()),
@@ -95,16 +167,48 @@ pub fn parse_material(text: &str, place: &str) -> Result<Material> {
         )
         .at(place));
     }
-    let named = |mut material: Material| {
-        if material.name.is_empty() {
-            material.name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-        }
-        material
-    };
-    if json && record::is_record(&root) {
-        return record::material_of_record(&root, None).map(named).map_err(|e| e.at(place));
+    if record::is_record(&root) {
+        return record::reading_of_record(&root, unit).map_err(|e| e.at(place));
     }
-    material_of(&root, &Habits::default()).map(named).map_err(|e| e.at(place))
+    let habits = Habits { asked: unit.cloned(), ..Habits::default() };
+    reading_of(&root, &habits, "material file").map_err(|e| e.at(place))
+}
+
+/// The material of a TOML document, or of another program's text.
+fn of_text(text: &str, place: &str, unit: Option<&StressUnit>) -> Result<Reading> {
+    // The reader of TOML needs dozens of times the memory of its text.
+    if text.len() > MOST_BYTES && !names_own_keys(text) {
+        let none = || {
+            let problem = "the text is none of the formats that are known, and too long for a material file";
+            Error::input(problem, format!("give a material file, a table, or {}", foreign::names())).at(place)
+        };
+        return foreign::read(&foreign::Source { text, place, unit }).unwrap_or_else(|| Err(none()));
+    }
+    let parsed = parse_toml(text, place);
+    let known = |root: &Node| root.entries().iter().any(|e| !COMMON.contains(&e.key.as_str()) && known_key(e).is_ok());
+    let own = parsed.as_ref().is_ok_and(known) || names_own_keys(text);
+    if !own && let Some(found) = foreign::read(&foreign::Source { text, place, unit }) {
+        return found;
+    }
+    let root = parsed.map_err(|e| {
+        if own {
+            return e;
+        }
+        Error::input(
+            format!("{e}; and it is none of the other formats that are known"),
+            format!("give a material file, a table, or {}", foreign::names()),
+        )
+    })?;
+    let habits = Habits { asked: unit.cloned(), ..Habits::default() };
+    reading_of(&root, &habits, "material file").map_err(|e| e.at(place))
+}
+
+/// Whether a text that may be broken was meant as a material file.
+fn names_own_keys(text: &str) -> bool {
+    text.lines().take(1000).any(|line| {
+        let key = line.split_once('=').map_or("", |(key, _)| key.trim());
+        (KEYS.contains(&key) && !COMMON.contains(&key)) || line.trim() == "[engineering]"
+    })
 }
 
 /// A symmetry class by its name, as in files and on the command line. Also "hexagonal" and "transverse-isotropic"
@@ -135,6 +239,14 @@ pub struct StressUnit {
 }
 
 impl StressUnit {
+    /// A unit by its name.
+    ///
+    /// # Errors
+    /// An unknown one.
+    pub fn named(name: &str) -> Result<Self> {
+        Dimension::Stress.unit(name).map(|size| StressUnit { name: name.trim().into(), size })
+    }
+
     /// The unit of the Materials Project.
     pub fn giga_pascal() -> Self {
         StressUnit { name: "GPa".into(), size: 1e9 }
@@ -155,6 +267,10 @@ pub struct Habits {
     pub density: Option<f64>,
     /// Whether keys we do not know pass in silence.
     pub unknown_keys: bool,
+    /// A unit asked for beside the file, which no other may contradict.
+    pub asked: Option<StressUnit>,
+    /// Largest difference of two entries of a matrix that should be equal, over the largest entry (at least 10⁻⁶).
+    pub scatter: f64,
 }
 
 /// Units of the bare numbers of one file.
@@ -183,7 +299,15 @@ impl Units {
 
     fn quantity(&self, node: &Node, key: &str, what: Dimension, unit: Option<f64>, missing: &str) -> Result<f64> {
         let value = match (&node.kind, unit) {
-            (Kind::Text(text), _) => return what.parse(text).map_err(|e| e.at(place(node.line, key))),
+            (Kind::Text(text), unit) => {
+                let plain = foreign::figure::plain_number(text);
+                return match (plain.parse::<f64>(), unit) {
+                    // A number that the file's language cannot hold otherwise.
+                    (Ok(value), Some(size)) if plain != text.trim() => what.bounded(value * size, text),
+                    _ => what.parse(&plain),
+                }
+                .map_err(|e| e.at(place(node.line, key)));
+            }
             (_, Some(size)) => node.number(key)? * size,
             (_, None) if node.number(key)? == 0.0 => 0.0,
             (_, None) => {
@@ -252,28 +376,36 @@ impl<'n> Form<'n> {
 
 /// The material of a table.
 pub fn material_of(table: &Node, habits: &Habits) -> Result<Material> {
+    reading_of(table, habits, "").map(|reading| reading.material)
+}
+
+/// The material of a table, and what it was taken for; `what` is what the table is.
+pub(super) fn reading_of(table: &Node, habits: &Habits, what: &str) -> Result<Reading> {
     if !habits.unknown_keys {
         table.entries().iter().try_for_each(known_key)?;
     }
     let form = Form::only(table, None)?;
-    material_in_form(table, &form, habits)
+    reading_in_form(table, &form, habits, what)
 }
 
 /// The material of a table whose stiffness is given in a form.
-pub(super) fn material_in_form(table: &Node, form: &Form, habits: &Habits) -> Result<Material> {
+pub(super) fn reading_in_form(table: &Node, form: &Form, habits: &Habits, what: &str) -> Result<Reading> {
     let units = units_of(table, form, habits)?;
     let claimed = claimed_class(table)?;
     refuse_useless_order(table, form)?;
-    let (own, class) = own_stiffness(table, form, &units, claimed)?;
+    let Own { stiffness: own, class, words } = own_stiffness(table, form, &units, claimed, habits.scatter)?;
     let stiffness = orientation(table, class)?.map_or(own, |q| own.rotated(&q));
     let at = form.entry();
     stiffness.require_positive_definite().map_err(|e| e.at(place(at.line, &at.key)))?;
-    Ok(Material {
+    let material = Material {
         name: text_of(table, "name")?,
         stiffness,
         density: density_of(table, habits.density)?,
         source: text_of(table, "source")?,
-    })
+    };
+    let turned = ["axis", "orientation"].iter().find_map(|key| table.get(key));
+    let turned = turned.map_or(String::new(), |entry| format!(", turned by {}", entry.key));
+    Ok(Reading { material, read_as: format!("{what}, {words}{turned}") })
 }
 
 fn known_key(entry: &Entry) -> Result<()> {
@@ -290,6 +422,13 @@ fn known_key(entry: &Entry) -> Result<()> {
     Err(Error::input(format!("unknown key {}", quoted(&entry.key)), remedy).at(format!("line {}", entry.line)))
 }
 
+/// Whether a key is one of a material file, in any letter case, but those that databases have for other things.
+fn is_known(key: &str) -> bool {
+    let key = key.to_lowercase();
+    let form = ["stiffness", "compliance", "engineering", "unit", "class"].contains(&key.as_str());
+    form || components::component_of(&key).is_some()
+}
+
 /// The text under a key, empty if absent.
 pub(super) fn text_of(table: &Node, key: &str) -> Result<String> {
     table.get(key).map_or_else(|| Ok(String::new()), |entry| entry.value.text(key).map(str::to_string))
@@ -298,8 +437,9 @@ pub(super) fn text_of(table: &Node, key: &str) -> Result<String> {
 /// `unit`, which may be reciprocal for a compliance.
 fn units_of(table: &Node, form: &Form, habits: &Habits) -> Result<Units> {
     let Some(entry) = table.get("unit") else {
-        let compliance = habits.unit.as_ref().map(|unit| 1.0 / unit.size);
-        return Ok(Units { stress: habits.unit.clone(), compliance });
+        let unit = habits.asked.clone().or(habits.unit.clone());
+        let compliance = unit.as_ref().map(|unit| 1.0 / unit.size);
+        return Ok(Units { stress: unit, compliance });
     };
     let name = entry.value.text("unit")?;
     let at = |e: Error| e.at(place(entry.line, "unit"));
@@ -309,6 +449,10 @@ fn units_of(table: &Node, form: &Form, habits: &Habits) -> Result<Units> {
         return Ok(Units { stress: None, compliance: Some(size) });
     }
     let size = Dimension::Stress.unit(name).map_err(at)?;
+    if let Some(asked) = habits.asked.as_ref().filter(|asked| asked.size != size) {
+        let problem = format!("the unit asked for, {}, contradicts {}", asked.name, quoted(name));
+        return Err(at(Error::input(problem, "leave it out: the file names its unit")));
+    }
     Ok(Units { stress: Some(StressUnit { name: name.trim().to_string(), size }), compliance: Some(1.0 / size) })
 }
 
@@ -327,32 +471,59 @@ fn refuse_useless_order(table: &Node, form: &Form) -> Result<()> {
     }
 }
 
-/// The stiffness (Pa) in the material's own axes, and its class where one is named or implied.
+/// What a form says.
+struct Own {
+    /// In the material's own axes (Pa).
+    stiffness: Stiffness,
+    /// Named or implied.
+    class: Option<SymmetryClass>,
+    /// Form, unit and order in words.
+    words: String,
+}
+
 fn own_stiffness(
     table: &Node,
     form: &Form,
     units: &Units,
     claimed: Option<SymmetryClass>,
-) -> Result<(Stiffness, Option<SymmetryClass>)> {
+    scatter: f64,
+) -> Result<Own> {
+    let unit = match (&units.stress, units.compliance) {
+        (Some(unit), _) => unit.name.clone(),
+        (None, Some(_)) => table.get("unit").map_or(String::new(), |e| e.value.text("unit").unwrap_or("").into()),
+        (None, None) => "each number with its unit".into(),
+    };
+    let of_class = claimed.map_or(String::new(), |class| format!(", class {}", class.name()));
     match form {
         Form::Engineering(entry) => {
             let (stiffness, class) = engineering::stiffness_of(&entry.value, units, claimed)?;
-            Ok((stiffness, Some(class)))
+            let words = format!("engineering constants, {unit}, class {}", class.name());
+            Ok(Own { stiffness, class: Some(class), words })
         }
         Form::Components(entry) => {
             let stiffness = components::stiffness_of(table, entry, units, claimed)?;
-            Ok((stiffness, claimed))
+            let words = format!("c11 … c66 by name, {unit}, order 11 22 33 23 13 12{of_class}");
+            Ok(Own { stiffness, class: claimed, words })
         }
         Form::Stiffness(entry) | Form::Compliance(entry) => {
             let order = matrix::Order::of(table)?;
-            let stiffness = match form {
-                Form::Compliance(_) => {
-                    matrix::compliance_of(&entry.value, order, |node, key| units.compliance(node, key))?
-                }
-                _ => matrix::stiffness_of(&entry.value, &entry.key, order, |node, key| units.stress(node, key))?,
+            let matrix = matrix::Given { node: &entry.value, key: &entry.key, order, scatter };
+            let (stiffness, off) = match form {
+                Form::Compliance(_) => matrix.compliance(|node, key| units.compliance(node, key))?,
+                _ => matrix.stiffness(|node, key| units.stress(node, key))?,
             };
             check_claim(&stiffness, claimed).map_err(|e| e.at(place(entry.line, &entry.key)))?;
-            Ok((stiffness, claimed))
+            let symmetric = match off {
+                off if off <= matrix::ROUNDING => String::new(),
+                off => format!(", made symmetric (entries differ by up to {} % of the largest)", number(100.0 * off)),
+            };
+            let indices = if shapes::is_full(&entry.value) {
+                "3×3×3×3 components".into()
+            } else {
+                format!("order {}", order.words())
+            };
+            let words = format!("{}, {unit}, {indices}{symmetric}{of_class}", entry.key);
+            Ok(Own { stiffness, class: claimed, words })
         }
     }
 }

@@ -1,6 +1,7 @@
 //! One material of a database in JSON, as the Materials Project writes it.
 
-use super::{Form, Habits, StressUnit, material_in_form, material_of};
+use super::components::component_of;
+use super::{Form, Habits, Reading, StressUnit, keys, matrix, reading_in_form, reading_of};
 use crate::tree::{Entry, Kind, Node, place};
 use anisobond::tensor::Material;
 use anisobond::{Error, Result};
@@ -8,38 +9,117 @@ use anisobond::{Error, Result};
 /// Bare densities of the Materials Project: g/cm³, in kg/m³.
 const GRAM_PER_CUBIC_CENTIMETRE: f64 = 1e3;
 
+/// Largest difference of two entries of a record's matrix that should be equal, over the largest: what fits of computed
+/// stresses scatter.
+pub(super) const SCATTER: f64 = 0.01;
+
 /// Whether an object is a database record rather than a material file: it has an elastic tensor or a database identity.
 pub(super) fn is_record(node: &Node) -> bool {
-    let identity = ["material_id", "formula", "formula_pretty"];
+    let identity = ["material_id", "formula", "formula_pretty", "jid"];
     tensor_of(node).is_some() || identity.iter().any(|key| node.get(key).is_some())
 }
 
-/// The material of a record: its `elastic_tensor` (6×6, or an object with `ieee_format` or `raw`),
-/// `elasticity.elastic_tensor`, or any form of a material file; `order`, `class`, `axis` and `orientation` count as there. Bare
-/// stresses are in the record's `unit`, else in the given unit, else in GPa; bare densities in g/cm³. Unknown keys pass.
+/// Whether a key is one under which records have their tensor.
+pub(super) fn names_a_tensor(key: &str) -> bool {
+    TENSORS.contains(&key) || key == "stiffness" || component_of(&key.to_lowercase()).is_some()
+}
+
+/// As [`reading_of_record`], the material alone.
+///
+/// # Errors
+/// As [`reading_of_record`].
+pub fn material_of_record(node: &Node, unit: Option<&StressUnit>) -> Result<Material> {
+    reading_of_record(node, unit).map(|reading| reading.material)
+}
+
+/// The material of a record: its `elastic_tensor` (6×6 or 3×3×3×3, or an object with `ieee_format` or `raw`),
+/// `elasticity.elastic_tensor`, pymatgen's `input_array`, or any form of a material file; `order`, `class`, `axis` and
+/// `orientation` count as there. Bare stresses are in the record's `unit`, else in the given unit, else in GPa; bare densities
+/// in g/cm³. Unknown keys pass, but those that are nearly known.
 ///
 /// # Errors
 /// As of a material file; a tensor beside another form, or two tensors that differ.
-pub fn material_of_record(node: &Node, unit: Option<&StressUnit>) -> Result<Material> {
+pub fn reading_of_record(node: &Node, unit: Option<&StressUnit>) -> Result<Reading> {
+    let node = &keys::known(node)?;
     let habits = Habits {
         unit: Some(unit.cloned().unwrap_or_else(StressUnit::giga_pascal)),
         density: Some(GRAM_PER_CUBIC_CENTIMETRE),
         unknown_keys: true,
+        asked: None,
+        scatter: SCATTER,
     };
-    let mut material = match tensor_of(node) {
-        None => material_of(node, &habits)?,
+    let mut reading = match tensor_of(node) {
+        None => reading_of(node, &habits, "JSON record")?,
         Some(tensor) => {
             refuse_others(node, tensor.entry)?;
-            let table = with_keys_of(node, tensor.table);
-            let form = Form::only(&table, Some(Form::Stiffness(tensor.entry)))?;
-            material_in_form(&table, &form, &habits)?
+            let mut table = with_keys_of(node, tensor.table);
+            let what = origin(node, &tensor, &mut table, &habits)?;
+            in_form(&table, &tensor, &habits, &what)?
         }
     };
-    material.name = name_of(node);
-    if material.source.is_empty() {
-        material.source = identity_of(node);
+    let named = ["unit", "Unit"].iter().any(|key| node.get(key).is_some());
+    if unit.is_none() && !named && tensor_of(node).is_none_or(|t| t.table.get("unit").is_none()) {
+        reading.read_as = reading.read_as.replacen(", GPa,", ", GPa (as databases have it, for none is named),", 1);
     }
-    Ok(material)
+    reading.material.name = name_of(node);
+    if reading.material.source.is_empty() {
+        reading.material.source = identity_of(node);
+    }
+    Ok(reading)
+}
+
+fn in_form(table: &Node, tensor: &Tensor, habits: &Habits, what: &str) -> Result<Reading> {
+    let class = |node: &Node| node.get("@class").and_then(|e| e.value.text("@class").ok()).unwrap_or("").to_string();
+    let compliance = class(tensor.table) == "ComplianceTensor";
+    let first = if compliance { Form::Compliance(tensor.entry) } else { Form::Stiffness(tensor.entry) };
+    let form = Form::only(table, Some(first))?;
+    reading_in_form(table, &form, habits, what)
+}
+
+/// What a record with a tensor is; of records of JARVIS, the order of their rows is set, which is VASP's.
+fn origin(node: &Node, tensor: &Tensor, table: &mut Node, habits: &Habits) -> Result<String> {
+    if tensor.table.get("@class").is_some() {
+        return Ok("pymatgen tensor".into());
+    }
+    let jid = node.get("jid").and_then(|entry| entry.value.text("jid").ok());
+    let line = tensor.entry.line;
+    let add_order = |table: &mut Node| {
+        if let Kind::Table(entries) = &mut table.kind {
+            let value = Node { kind: Kind::Text("vasp".into()), line };
+            entries.push(Entry { key: "order".into(), line, value });
+        }
+    };
+    let ordered = table.get("order").is_some() || matrix::full(&tensor.entry.value).is_some();
+    if jid.is_some_and(|jid| jid.starts_with("JVASP")) && !ordered {
+        add_order(table);
+        return Ok("JARVIS record (rows as VASP prints them)".into());
+    }
+    if tensor.entry.key == "raw_et_tensor" && jid.is_none() && !ordered {
+        let mut other = table.clone();
+        add_order(&mut other);
+        let one = in_form(table, tensor, habits, "")?.material.stiffness;
+        let vasp = in_form(&other, tensor, habits, "")?.material.stiffness;
+        if one.relative_error(&vasp) > 1e-9 {
+            let c44 = [one, vasp].map(|c| crate::words::number(c.voigt()[(3, 3)] / 1e9));
+            let problem = format!(
+                "no order of rows is named: C44 is {} GPa if they are 11 22 33 23 13 12, {} GPa if they are VASP's XX YY ZZ XY YZ ZX",
+                c44[0], c44[1]
+            );
+            return Err(tensor.entry.value.wrong(
+                &tensor.entry.key,
+                problem,
+                "add \"order\": \"voigt\" or \"vasp\" to the record",
+            ));
+        }
+    }
+    let raw_too = tensor.entry.key == "ieee_format" && tensor.table.get("raw").is_some();
+    let ieee = match (tensor.entry.key.rsplit('.').next(), raw_too) {
+        (Some("ieee_format"), true) => " (in IEEE's axes; raw is there too)",
+        (Some("ieee_format"), false) => " (in IEEE's axes)",
+        (Some("raw"), _) => " (raw, in the axes of the calculation)",
+        _ => "",
+    };
+    Ok(format!("JSON record{ieee}"))
 }
 
 /// A record with `unit` and `order` of the table in which its tensor stands. An `order` of 2 is that of the tensor's
@@ -59,7 +139,9 @@ fn with_keys_of(node: &Node, inner: &Node) -> Node {
 
 /// Refuses a second tensor under another key that says something else.
 fn refuse_others(node: &Node, tensor: &Entry) -> Result<()> {
-    let others = TENSORS.iter().filter_map(|key| tensor_under(node, key)).map(|other| other.entry);
+    let ieee = tensor.key.ends_with("ieee_format");
+    let others = TENSORS.iter().filter(|key| !(ieee && key.ends_with("raw")));
+    let others = others.filter_map(|key| tensor_under(node, key)).map(|other| other.entry);
     let differs = |other: &&Entry| other.value.json() != tensor.value.json();
     match others.into_iter().find(differs) {
         None => Ok(()),
@@ -73,16 +155,16 @@ fn refuse_others(node: &Node, tensor: &Entry) -> Result<()> {
 
 /// What to call a record among others; `None` if it says nothing.
 pub fn id_of(node: &Node) -> Option<String> {
-    first_word(node, &["material_id", "id", "name", "formula_pretty", "formula"])
+    first_word(node, &["material_id", "jid", "id", "name", "formula_pretty", "formula"])
 }
 
 /// The record's number in its database, which is where its values come from.
 fn identity_of(node: &Node) -> String {
-    first_word(node, &["material_id", "id"]).unwrap_or_default()
+    first_word(node, &["material_id", "jid", "id"]).unwrap_or_default()
 }
 
 fn name_of(node: &Node) -> String {
-    first_word(node, &["name", "formula_pretty", "formula", "material_id", "id"]).unwrap_or_default()
+    first_word(node, &["name", "formula_pretty", "formula", "material_id", "jid", "id"]).unwrap_or_default()
 }
 
 /// The first text or number under these keys.
@@ -95,10 +177,20 @@ fn first_word(node: &Node, keys: &[&str]) -> Option<String> {
 }
 
 /// Keys of a record under which its tensor is looked for, in this order.
-const TENSORS: [&str; 3] = ["elastic_tensor", "elasticity.elastic_tensor", "elasticity"];
+const TENSORS: [&str; 9] = [
+    "elastic_tensor",
+    "elasticity.elastic_tensor",
+    "elasticity",
+    "elastic_tensor.ieee_format",
+    "elastic_tensor.raw",
+    "elasticity.elastic_tensor.ieee_format",
+    "elasticity.elastic_tensor.raw",
+    "elastic_tensor_data",
+    "elastic_moduli",
+];
 
 /// Keys of a tensor's object; that of IEEE's axes first.
-const SETTINGS: [&str; 2] = ["ieee_format", "raw"];
+const SETTINGS: [&str; 4] = ["ieee_format", "raw", "raw_et_tensor", "input_array"];
 
 /// A tensor of a record: the entry whose value is the 6×6 matrix, and the table in which that stands.
 #[derive(Clone, Copy)]

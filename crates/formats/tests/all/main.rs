@@ -1,0 +1,4 @@
+//! Tests of the readers of files.
+
+mod foreign;
+mod tables;

@@ -1,0 +1,2 @@
+model.material("mat1").propertyGroup("Anisotropic")
+  .set("D", new String[]{"328.01[GPa]", "69.02[GPa]", "69.03[GPa]", "0[GPa]", "0[GPa]", "0[GPa]", "69.02[GPa]", "199.04[GPa]", "73.05[GPa]", "0[GPa]", "0[GPa]", "0[GPa]", "69.03[GPa]", "73.05[GPa]", "235.06[GPa]", "0[GPa]", "0[GPa]", "0[GPa]", "0[GPa]", "0[GPa]", "0[GPa]", "80.07[GPa]", "0[GPa]", "0[GPa]", "0[GPa]", "0[GPa]", "0[GPa]", "0[GPa]", "66.08[GPa]", "0[GPa]", "0[GPa]", "0[GPa]", "0[GPa]", "0[GPa]", "0[GPa]", "81.09[GPa]"});
