@@ -101,7 +101,7 @@ impl FailingBonds {
         (words, [numbers(|s| s.history), numbers(|s| s.permanent)])
     }
 
-    /// Go on with bonds as they were: bits of [`GridBonds::unbroken_bits`], and what [`FailingBonds::departed_state`] says.
+    /// Go on with bonds as they were: bits of [`GridBonds::unbroken_bits`](super::GridBonds::unbroken_bits), and what [`FailingBonds::departed_state`] says.
     ///
     /// # Errors
     /// The state of another body, or of bonds that fail otherwise.

@@ -25,12 +25,12 @@ enum Pulling {
 }
 
 impl FailingBonds {
-    /// Forces (N) of displacements, row by row, as [`GridBonds::sweep_breaking`] visits them; brittle bonds that are stretched
+    /// Forces (N) of displacements, row by row, as [`GridBonds::sweep_breaking`](super::GridBonds::sweep_breaking) visits them; brittle bonds that are stretched
     /// too far are without force and are returned, to be broken by [`FailingBonds::break_off`]. Bonds that left the linear law pull
     /// as that of theirs lets them.
     ///
     /// # Errors
-    /// As [`GridBonds::sweep`].
+    /// As [`GridBonds::sweep`](super::GridBonds::sweep).
     pub fn sweep<V: Send, R: Send>(
         &self,
         u: &Padded<f64>,
@@ -50,7 +50,7 @@ impl FailingBonds {
     /// As [`FailingBonds::sweep`], and nothing fails.
     ///
     /// # Errors
-    /// As [`GridBonds::sweep`].
+    /// As [`GridBonds::sweep`](super::GridBonds::sweep).
     pub fn sweep_intact<V: Send, R: Send>(
         &self,
         u: &Padded<f64>,
