@@ -108,7 +108,6 @@ fn wrong_cases_are_refused_with_place_and_remedy() {
             &["model.softening.table", "ends with the force 0.5"],
         ),
         (add("[model]\nsoftening = { table = [[1, 1, 1]] }\n"), &["model.softening.table.0", "two numbers are needed"]),
-        (add("[model]\nsoftening = { table = \"no.csv\" }\n"), &["cannot read", "no.csv"]),
         (
             add("[model]\nsoftening = { linear = 2 }\nplastic = { ductility = 5 }\n"),
             &["model.plastic", "bonds that soften do not yield too"],
