@@ -180,3 +180,26 @@ fn runs_of_every_law_balance_and_go_on() {
         }
     }
 }
+
+/// A table of softening from a file is that of the case itself; a file that is not there is named.
+#[test]
+fn a_curve_may_stand_in_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let case = |table: &str| {
+        let path = folder.path().join("case.toml");
+        let text = format!(
+            "material = \"Si\"\ndensity = \"2330 kg/m3\"\nfracture = {{ energy = \"4 J/m2\" }}\n\
+             body = {{ box = {{ min = \"0, 0, 0 mm\", max = \"4, 4, 4 mm\" }} }}\n\
+             grid = {{ spacing = \"1 mm\", horizon = 2 }}\nmodel = {{ softening = {{ table = {table} }} }}\n\
+             motion = {{ duration = \"1 us\" }}\n"
+        );
+        std::fs::write(&path, text).unwrap();
+        CaseFile::read(&path, &[]).and_then(|case| case.problem())
+    };
+    std::fs::write(folder.path().join("curve.csv"), "stretch, force\n1, 1\n2.5, 0.2\n6, 0\n").unwrap();
+    let [of_file, of_case] =
+        ["\"curve.csv\"", "[[1, 1], [2.5, 0.2], [6, 0]]"].map(|t| format!("{:?}", case(t).unwrap().law));
+    assert_eq!(of_file, of_case);
+    let said = case("\"none.csv\"").unwrap_err().to_string();
+    assert!(said.contains("none.csv"), "{said}");
+}
