@@ -54,9 +54,13 @@ def repository_wave():
     return REPOSITORY / "cases/wave.toml"
 
 
+# A shell that runs the tests in the background has its programs ignore Ctrl-C; those below hear it anyway.
+HEARS_CTRL_C = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+
+
 def test_ctrl_c_keeps_a_checkpoint_and_resuming_makes_the_same_probes(tmp_path):
     program = (
-        "import sys, anisobond as ab\n"
+        f"{HEARS_CTRL_C}import sys, anisobond as ab\n"
         f"case = ab.Case({str(repository_wave())!r}, set={{'body.box.max': '400, 6, 6 mm', 'motion.duration': '240 us', 'output.frames': 0}})\n"
         "ab.run(case, sys.argv[1], resume=len(sys.argv) > 2, progress=lambda *b: print('beat', flush=True))\n"
     )
@@ -73,7 +77,7 @@ def test_ctrl_c_keeps_a_checkpoint_and_resuming_makes_the_same_probes(tmp_path):
 
 def test_ctrl_c_ends_a_correction_and_its_threads():
     program = (
-        "import time, anisobond as ab\n"
+        f"{HEARS_CTRL_C}import time, anisobond as ab\n"
         "p = ab.Packing.crystal('fcc', radius='1 mm', cells=(12, 12, 12), perturb=0.1)\n"
         "try:\n"
         "    ab.element_test(p, 'Pyroceram', contact_radius=1.6, correct=True, progress=lambda *b: print(*b, flush=True))\n"
