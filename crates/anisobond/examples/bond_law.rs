@@ -19,14 +19,6 @@ impl BondLaw for Parabola {
         1.0 + 2.0 * (self.end - 1.0) / 3.0
     }
 
-    fn start(&self) -> BondState {
-        BondState { history: 1.0, permanent: 0.0 }
-    }
-
-    fn after(&self, state: &BondState, x: f64) -> BondState {
-        BondState { history: state.history.max(x), ..*state }
-    }
-
     fn secant(&self, state: &BondState) -> f64 {
         let rest = ((self.end - state.history) / (self.end - 1.0)).max(0.0);
         rest * rest / state.history

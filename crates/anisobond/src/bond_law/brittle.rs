@@ -15,14 +15,6 @@ impl BondLaw for Brittle {
         true
     }
 
-    fn start(&self) -> BondState {
-        BondState { history: 1.0, permanent: 0.0 }
-    }
-
-    fn after(&self, state: &BondState, x: f64) -> BondState {
-        BondState { history: state.history.max(x), ..*state }
-    }
-
     fn secant(&self, state: &BondState) -> f64 {
         f64::from(u8::from(state.history <= 1.0))
     }

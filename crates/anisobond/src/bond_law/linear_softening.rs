@@ -36,14 +36,6 @@ impl BondLaw for LinearSoftening {
         self.ratio
     }
 
-    fn start(&self) -> BondState {
-        BondState { history: 1.0, permanent: 0.0 }
-    }
-
-    fn after(&self, state: &BondState, x: f64) -> BondState {
-        BondState { history: state.history.max(x), ..*state }
-    }
-
     fn secant(&self, state: &BondState) -> f64 {
         match state.history {
             l if l <= 1.0 => 1.0,

@@ -28,6 +28,11 @@ pub struct BondState {
     pub permanent: f64,
 }
 
+impl BondState {
+    /// That of a bond at its onset whose law counts its largest elongation.
+    pub const AT_ONSET: BondState = BondState { history: 1.0, permanent: 0.0 };
+}
+
 /// A law of bonds: when they leave the linear law, and what they do then.
 ///
 /// The scalar law of one bond, for grids and, in the linear range, whatever their kinematics. `critical` is the stretch at which
@@ -53,11 +58,15 @@ pub trait BondLaw: Debug + Send + Sync {
         false
     }
 
-    /// The state of a bond that leaves the linear law.
-    fn start(&self) -> BondState;
+    /// The state of a bond that leaves the linear law; by default that of one that remembers its largest elongation.
+    fn start(&self) -> BondState {
+        BondState::AT_ONSET
+    }
 
-    /// The state of a bond that has come to the elongation x (units of e₀).
-    fn after(&self, state: &BondState, x: f64) -> BondState;
+    /// The state of a bond that has come to the elongation x (units of e₀); by default the largest so far is what it remembers.
+    fn after(&self, state: &BondState, x: f64) -> BondState {
+        BondState { history: state.history.max(x), ..*state }
+    }
 
     /// As [`BondLaw::after`], of a bond that does not break: an equilibrium is sought with the bonds that there are, and breaks them
     /// where it is found.

@@ -105,14 +105,6 @@ impl BondLaw for TableSoftening {
         1.0 + 2.0 * self.area[self.area.len() - 1]
     }
 
-    fn start(&self) -> BondState {
-        BondState { history: 1.0, permanent: 0.0 }
-    }
-
-    fn after(&self, state: &BondState, x: f64) -> BondState {
-        BondState { history: state.history.max(x), ..*state }
-    }
-
     fn secant(&self, state: &BondState) -> f64 {
         match state.history {
             l if l <= 1.0 => 1.0,

@@ -545,7 +545,7 @@ fn a_notched_strip_is_pulled_apart() {
         let solve = |body: &GridBody, start: &VectorField| {
             Equilibrium::new(body, &scaled, Method::default()).solve(&load, start.clone(), &stopping).map(Some)
         };
-        let (next, settled) = settle(&mut strip, u, solve, |body, u| body.break_above(u, 6e-3)).unwrap();
+        let (next, settled) = settle(&mut strip, u, solve, |body, _, u| body.break_above(u, 6e-3)).unwrap();
         assert_eq!(settled.ended, SettlingEnd::AtRest, "{settled:?}");
         u = next;
         steps.push(settled);

@@ -58,8 +58,6 @@ fn bonds_follow_the_scalar_law() {
             }
             let mut padded = bonds.grid().padded();
             padded.set(&u);
-            let mut coming = VectorField::zeros(u.len());
-            bonds.coming_forces(&u, kinematics, &mut coming);
             bonds.follow(&padded, kinematics, None, 0.0).unwrap();
             let (mut forces, mut energy) = (VectorField::zeros(u.len()), 0.0);
             for &(i, b, j) in &list {

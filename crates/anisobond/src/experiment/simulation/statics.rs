@@ -1,6 +1,6 @@
 //! Equilibrium under loads that grow, bonds failing on the way.
 
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
@@ -137,8 +137,6 @@ impl Statics {
         let (mut work, mut unheld) = (work_of(&loads.before, &start), None);
         let within = Cell::new(WithinStep::default());
         let mut forces = VectorField::default();
-        // Where the last solve began.
-        let origin = RefCell::new(VectorField::default());
         let solve = |bonds: &FailingBonds, from: &VectorField| {
             let ready = prepared.get_or_insert_with(|| Arc::new(Prepared::new(bonds, &supports, self.method)));
             let seen = |iterations, residual| look(&WithinStep { iterations, residual, ..within.get() });
@@ -147,7 +145,6 @@ impl Statics {
                 unheld = Some(why);
                 return Ok(None);
             }
-            *origin.borrow_mut() = from.clone();
             let solved = |equilibrium: &Equilibrium| match problem.kinematics {
                 _ if bonds.yields() => {
                     let forces = |u: &VectorField, f: &mut VectorField| bonds.coming_forces(u, problem.kinematics, f);
@@ -181,8 +178,8 @@ impl Statics {
             }
             Ok(Some((u, report)))
         };
-        let fail = |bonds: &mut FailingBonds, u: &VectorField| {
-            let now = bonds.fail(u, &origin.borrow(), problem.kinematics, SETTLED);
+        let fail = |bonds: &mut FailingBonds, from: &VectorField, u: &VectorField| {
+            let now = bonds.fail(u, from, problem.kinematics, SETTLED);
             failure += now;
             let WithinStep { equilibria, broken, .. } = within.get();
             let next = (equilibria + 1, broken + now.broken as u64);
@@ -262,12 +259,7 @@ impl Account {
     ) -> VectorField {
         let [mut f, mut g] = [from, to].map(|u| VectorField::zeros(u.len()));
         bonds.forces_of(from, kinematics, &mut f);
-        // Where bonds yield, the solve has let them on its way.
-        if bonds.yields() {
-            bonds.coming_forces(to, kinematics, &mut g);
-        } else {
-            bonds.forces_of(to, kinematics, &mut g);
-        }
+        bonds.coming_forces(to, kinematics, &mut g);
         let way = |node: usize| to.at(node) - from.at(node);
         let load = |node: usize| 0.5 * (loads.before.at(node) + loads.now.at(node));
         let balance = |node: usize| load(node) + 0.5 * (f.at(node) + g.at(node));

@@ -18,9 +18,6 @@ use crate::Result;
 use crate::bond_law::{BondLaw, BondState, Brittle};
 use crate::operator::{Kinematics, VectorField};
 
-/// State of a bond that has no law but to break.
-const UNSTRETCHED: BondState = BondState { history: 1.0, permanent: 0.0 };
-
 /// Displacements of a step (m): velocities (m/s) times a time (s).
 pub type Way<'a> = (&'a VectorField, f64);
 
@@ -163,7 +160,7 @@ impl FailingBonds {
     ) -> Failure {
         let Overstretched(events) = found;
         let lost = |event: &Event| {
-            self.grid.nonlinear_bond(*event, UNSTRETCHED).map_or(0.0, |bond| {
+            self.grid.nonlinear_bond(*event, BondState::AT_ONSET).map_or(0.0, |bond| {
                 let [before, now] = self.grid.elongations(u, kinematics, way_of(behind), &bond);
                 0.5 * bond.stiffness * before * now
             })

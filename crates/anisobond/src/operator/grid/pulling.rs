@@ -80,10 +80,11 @@ impl FailingBonds {
         self.forces_by(u, kinematics, Pulling::Own, f);
     }
 
-    /// Forces (N) of displacements (m), those of bonds that left the linear law as that has them there: not linear in the
-    /// displacements.
+    /// Forces (N) of displacements (m), those of bonds that yield as their law has them there, not linear in the displacements: the
+    /// forces with which an equilibrium is solved for.
     pub fn coming_forces(&self, u: &VectorField, kinematics: Kinematics, f: &mut VectorField) {
-        self.forces_by(u, kinematics, Pulling::Coming, f);
+        let pulling = if self.yields() { Pulling::Coming } else { Pulling::Own };
+        self.forces_by(u, kinematics, pulling, f);
     }
 
     fn forces_by(&self, u: &VectorField, kinematics: Kinematics, pulling: Pulling, f: &mut VectorField) {

@@ -36,7 +36,7 @@ pub enum SettlingEnd {
 }
 
 /// Equilibrium of a body whose bonds fail: `solve(body, start)` gives u (m), or `None` where the loads move something that nothing
-/// holds; `fail(body, u)` lets fail what u stretches too far and returns how many bonds that is; both again until nothing fails.
+/// holds; `fail(body, start, u)` lets fail what u stretches too far and returns how many bonds that is; both again until nothing fails.
 /// A solve that does not converge ends it, with the report as its evidence: nothing fails by displacements that are no
 /// equilibrium. Returned are the last displacements, and how it ended.
 ///
@@ -46,7 +46,7 @@ pub fn settle<B>(
     body: &mut B,
     start: VectorField,
     mut solve: impl FnMut(&B, &VectorField) -> Result<Option<(VectorField, SolverReport)>>,
-    mut fail: impl FnMut(&mut B, &VectorField) -> usize,
+    mut fail: impl FnMut(&mut B, &VectorField, &VectorField) -> usize,
 ) -> Result<(VectorField, Settled)> {
     let mut u = start;
     let mut settled = Settled { equilibria: 0, broken: 0, report: None, ended: SettlingEnd::StillFailing };
@@ -54,13 +54,13 @@ pub fn settle<B>(
         let Some((next, report)) = solve(body, &u)? else {
             return Ok((u, Settled { ended: SettlingEnd::Unheld, ..settled }));
         };
-        u = next;
+        let from = std::mem::replace(&mut u, next);
         settled.equilibria += 1;
         settled.report = Some(report);
         if !report.converged() {
             return Ok((u, Settled { ended: SettlingEnd::NotConverged, ..settled }));
         }
-        let failed = fail(body, &u);
+        let failed = fail(body, &from, &u);
         settled.broken += failed;
         if failed == 0 {
             return Ok((u, Settled { ended: SettlingEnd::AtRest, ..settled }));
