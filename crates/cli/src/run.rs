@@ -58,7 +58,7 @@ pub fn describe(s: &RunSummary, folder: &str) -> String {
         );
     }
     if let Some(packing) = &s.packing {
-        out += &describe_packing(packing, s.steps);
+        out += &describe_packing(packing);
     }
     for r in &s.regions {
         out += &format!("  {:16}{} nodes, stiffness reached to {:.1e}", r.name, r.nodes, r.relative_error);
@@ -104,15 +104,9 @@ pub fn describe(s: &RunSummary, folder: &str) -> String {
     out
 }
 
-fn describe_packing(p: &PackingSummary, steps: u64) -> String {
+fn describe_packing(p: &PackingSummary) -> String {
     let n = text::number;
     let mut out = String::new();
-    if let Some(e) = &p.equilibrium {
-        let (iterations, residual) = (e.iterations, e.residual);
-        out += &format!(
-            "equilibrium       {steps} load steps; the last in {iterations} iterations, residual {residual:.1e}\n"
-        );
-    }
     if let Some(lattice) = p.lattice.first() {
         let (radius, coordination) = (n(lattice.contact_radius), n(lattice.coordination));
         out += &format!("lattice           contact radius {radius}, {coordination} bonds per sphere\n");

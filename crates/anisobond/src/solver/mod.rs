@@ -10,6 +10,7 @@ mod preconditioner;
 mod progress;
 mod report;
 mod semidefinite;
+mod settling;
 mod true_residual;
 mod watch;
 
@@ -21,5 +22,6 @@ pub use preconditioner::BlockJacobi;
 pub use progress::Progress;
 pub use report::{Ending, SolverReport, Stopping};
 pub use semidefinite::Semidefinite;
+pub use settling::{Settled, SettlingEnd, settle};
 pub use true_residual::TrueResidual;
 pub use watch::{Look, Watch};

@@ -21,6 +21,7 @@ mod objective;
 mod particle_bodies;
 mod particle_contacts;
 mod particle_forces;
+mod particle_laws;
 mod particle_motion;
 mod servo;
 mod solver;

@@ -2,6 +2,9 @@
 
 use crate::common;
 
+use std::sync::Arc;
+
+use anisobond::bond_law::Brittle;
 use anisobond::experiment::particles::{MotionPlan, ParticleMotion};
 use anisobond::lattice::Packing;
 use anisobond::operator::Kinematics;
@@ -141,8 +144,15 @@ fn contacts_found_are_those_of_all_pairs() {
     let packing = Packing::new(packing.cell(), packing.centres().to_vec(), radii).unwrap();
     let mass = sphere_masses(&packing, 2500.0);
     let contact = Some(ContactLaw { modulus: 1e7, tangential_ratio: 0.5, friction: 0.5 });
-    let model =
-        ParticleModel { packing, bonds: Vec::new(), mass, kinematics: Kinematics::Finite, strength: None, contact };
+    let model = ParticleModel {
+        packing,
+        bonds: Vec::new(),
+        mass,
+        kinematics: Kinematics::Finite,
+        strength: None,
+        law: Arc::new(Brittle),
+        contact,
+    };
     let mut particles = Particles::new(model).unwrap();
     let gradient = Matrix3::new(-0.012, 0.004, 0.0, 0.004, -0.01, 0.006, 0.0, 0.006, -0.008);
     let mut most = 0;

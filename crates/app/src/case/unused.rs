@@ -5,11 +5,9 @@ use super::section::{Section, Value};
 use super::{LatticeKind, Result};
 
 /// Keys of grids, and why packings do not take them.
-const OF_GRIDS: [(&str, &str); 5] = [
+const OF_GRIDS: [(&str, &str); 3] = [
     ("model.bonds", "packing.bonds says which bonds a packing has"),
     ("model.surface_calibration", "surfaces of packings are not calibrated"),
-    ("model.softening", "bonds of a packing break at once"),
-    ("model.plastic", "bonds of a packing break at once"),
     ("fracture", "bonds of a packing do not break by a fracture energy but by [strength]"),
 ];
 
@@ -46,37 +44,10 @@ pub(super) fn unused(root: &Section, lattice: LatticeKind, both: bool) -> Result
     }
     if lattice == LatticeKind::Packing {
         for region in root.tables("region")? {
-            found.extend(region.table(&["fracture"])?.get("fracture").map(|value| (value, OF_GRIDS[4].1)));
+            found.extend(region.table(&["fracture"])?.get("fracture").map(|value| (value, OF_GRIDS[2].1)));
         }
     }
-    let stretch = at(root, "model.plastic.yield_stretch")?.filter(|_| lattice == LatticeKind::Grid);
-    if let Some(value) = stretch {
-        if states_fracture(root, |_| true)? {
-            return Err(value.wrong(
-                "both yield_stretch and fracture say when bonds fail",
-                "leave fracture out, or write plastic = { hardening = …, ductility = … }",
-            ));
-        }
-    } else if !breaks(root, lattice)? {
-        const WHY: &str = "no bond can break";
-        let soft = at(root, "model.softening")?.filter(|v| lattice == LatticeKind::Grid && !v.is_text());
-        if let Some(value) = soft {
-            return Err(value.wrong("softening does nothing where no bond breaks", "add fracture, or leave it out"));
-        }
-        if let Some(value) = at(root, "model.plastic")?.filter(|_| lattice == LatticeKind::Grid) {
-            return Err(value.wrong(
-                "it is not said at which stretch bonds yield",
-                "add a fracture energy, or yield_stretch and breaking_stretch instead of ductility",
-            ));
-        }
-        let idle = root.get("unbreakable");
-        if let (Some(value), false) = (&idle, both) {
-            let needed = if lattice == LatticeKind::Grid { "fracture" } else { "[strength]" };
-            return Err(value
-                .wrong(format!("unbreakable does nothing: {WHY}"), format!("add {needed}, or leave unbreakable out")));
-        }
-        found.extend(idle.map(|value| (value, WHY)));
-    }
+    found.extend(of_breaking(root, lattice, both)?);
     if let Some((value, why)) = found.iter().find(|_| !both) {
         let (own, other) = match lattice {
             LatticeKind::Packing => ("packing", "grid"),
@@ -91,6 +62,60 @@ pub(super) fn unused(root: &Section, lattice: LatticeKind, both: bool) -> Result
     let mut all: Vec<Unused> = found.into_iter().map(|(value, why)| Unused { path: value.path, why }).collect();
     all.extend(root.get(section).map(|value| Unused { path: value.path, why: "" }));
     Ok(all)
+}
+
+/// Keys about bonds that fail where none can, for a file that states `both` lattices; the other may need them.
+///
+/// # Errors
+/// Such a key where it does not; a stretch beside what says when bonds fail.
+fn of_breaking<'n>(root: &Section<'n>, lattice: LatticeKind, both: bool) -> Result<Vec<(Value<'n>, &'static str)>> {
+    const WHY: &str = "no bond can break";
+    let needed = if lattice == LatticeKind::Grid { "fracture" } else { "[strength]" };
+    if let Some(value) = at(root, "model.plastic.yield_stretch")? {
+        return match lattice {
+            LatticeKind::Packing => Err(value.wrong(
+                "the tensile strength says when bonds of a packing yield",
+                "add [strength] with a tension, and write plastic = { hardening = …, ductility = … }",
+            )),
+            LatticeKind::Grid if states_fracture(root, |_| true)? => {
+                let remedy = "leave fracture out, or write plastic = { hardening = …, ductility = … }";
+                Err(value.wrong("both yield_stretch and fracture say when bonds fail", remedy))
+            }
+            LatticeKind::Grid => Ok(Vec::new()),
+        };
+    }
+    if lattice == LatticeKind::Packing && breaks(root, lattice)? && at(root, "strength.tension")?.is_none() {
+        if let Some(value) = at(root, "model.plastic")? {
+            return Err(value.wrong(
+                "bonds yield at their tensile strength, and there is none",
+                "add tension = \"5 MPa\" to [strength], or leave plastic out",
+            ));
+        }
+    }
+    if breaks(root, lattice)? {
+        return Ok(Vec::new());
+    }
+    let soft = at(root, "model.softening")?.filter(|v| !v.is_text());
+    let (plastic, idle) = (at(root, "model.plastic")?, root.get("unbreakable"));
+    if both {
+        return Ok([soft, plastic, idle].into_iter().flatten().map(|value| (value, WHY)).collect());
+    }
+    if let Some(value) = soft {
+        let remedy = format!("add {needed}, or leave it out");
+        return Err(value.wrong("softening does nothing where no bond breaks", remedy));
+    }
+    if let Some(value) = plastic {
+        let remedy = match lattice {
+            LatticeKind::Grid => "add a fracture energy, or yield_stretch and breaking_stretch instead of ductility",
+            LatticeKind::Packing => "add [strength] with a tension, at which they yield",
+        };
+        return Err(value.wrong("it is not said at which stretch bonds yield", remedy));
+    }
+    if let Some(value) = idle {
+        let remedy = format!("add {needed}, or leave unbreakable out");
+        return Err(value.wrong(format!("unbreakable does nothing: {WHY}"), remedy));
+    }
+    Ok(Vec::new())
 }
 
 /// Whether bonds may break.

@@ -28,8 +28,8 @@ impl Subject for Simulation {
     fn advance(&mut self, look: StepLook) -> Result<()> {
         Simulation::advance_seen(self, look)
     }
-    fn outcome(&self) -> Outcome {
-        Simulation::outcome(self).clone()
+    fn outcome(&self) -> &Outcome {
+        Simulation::outcome(self)
     }
     fn show_broken(&mut self) {
         Simulation::show_broken(self);

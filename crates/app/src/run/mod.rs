@@ -191,7 +191,7 @@ fn run<S: Subject>(
             Err(error) => return Err(run.failed(error)),
             Ok(()) => {}
         }
-        if run.simulation.outcome() != Outcome::Completed {
+        if *run.simulation.outcome() != Outcome::Completed {
             run.show_broken()?;
             break;
         }

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use super::subject::{FrameWork, LastFile, Subject, time_text};
 use super::summary::RunSummary;
 use anisobond::experiment::{
-    CellState, Ledger, OutputPlan, PackingFacts, PackingSimulation, Probe, SavedState, Slice, StepLook,
+    CellState, Ledger, Outcome, OutputPlan, PackingFacts, PackingSimulation, Probe, SavedState, Slice, StepLook,
 };
 use anisobond::{Error, Result};
 use anisobond_formats::results::{FieldArray, point_data};
@@ -46,6 +46,12 @@ impl Subject for PackingSimulation {
     }
     fn advance(&mut self, look: StepLook) -> Result<()> {
         PackingSimulation::advance_seen(self, look)
+    }
+    fn outcome(&self) -> &Outcome {
+        PackingSimulation::outcome(self)
+    }
+    fn show_broken(&mut self) {
+        PackingSimulation::show_broken(self);
     }
     fn step(&self) -> u64 {
         PackingSimulation::step(self)

@@ -31,11 +31,9 @@ pub(super) trait Subject {
     /// Do one time step or one load step, which is seen while it goes on.
     fn advance(&mut self, look: StepLook) -> Result<()>;
     /// How the run ended, or that nothing has ended it before its last step.
-    fn outcome(&self) -> Outcome {
-        Outcome::Completed
-    }
+    fn outcome(&self) -> &Outcome;
     /// Of a body that broke: from its last equilibrium to its last state, for its fields.
-    fn show_broken(&mut self) {}
+    fn show_broken(&mut self);
     /// Steps done.
     fn step(&self) -> u64;
     /// Steps in all.

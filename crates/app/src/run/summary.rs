@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::report::SolveOutcome;
 use anisobond::experiment::{
     CellState, CrackPath, InterfaceEvidence, Leavers, Ledger, Outcome, Overlap, PackingEvidence, PackingSimulation,
     Peak, RegionEvidence, Simulation, StaticEvidence, StepEvidence, diffuse_warning,
@@ -70,8 +69,6 @@ pub struct PackingSummary {
     pub leavers: Option<Leavers>,
     /// Bonds broken.
     pub broken_bonds: u64,
-    /// The last solve; `None` in motion.
-    pub equilibrium: Option<SolveOutcome>,
     /// Mean stress and strain at the end of a body that is periodic along all axes.
     pub cell: Option<CellState>,
     /// The largest differential stress under a servo.
@@ -87,11 +84,11 @@ impl RunSummary {
             case: simulation.problem().name.clone(),
             nodes: simulation.particles().len(),
             bonds: simulation.bonds(),
-            outcome: Outcome::Completed,
+            outcome: simulation.outcome().clone(),
             steps: simulation.step(),
-            time: simulation.time(),
+            time: simulation.reached(),
             time_step: simulation.step_evidence(),
-            equilibrium: None,
+            equilibrium: simulation.static_evidence(),
             regions: Vec::new(),
             interfaces: Vec::new(),
             energy,
@@ -105,7 +102,6 @@ impl RunSummary {
                 floaters: simulation.floaters().len(),
                 leavers: simulation.leavers(),
                 broken_bonds: energy.broken_bonds,
-                equilibrium: simulation.static_evidence().map(SolveOutcome::from),
                 cell: simulation.cell(),
                 peak: simulation.peak(),
             }),

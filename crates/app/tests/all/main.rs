@@ -19,6 +19,7 @@ mod kinds;
 mod large_motion;
 mod outcomes;
 mod packing;
+mod packing_laws;
 mod peers;
 mod reading;
 mod reading_errors;

@@ -5,13 +5,8 @@ use nalgebra::{Matrix3, Vector3};
 use super::{PackingProblem, PackingSimulation};
 use crate::experiment::field::{FieldName, Quantity, mean_components, principal, symmetric, von_mises};
 use crate::experiment::problem::Probe;
+use crate::operator::particles::Carried;
 use crate::operator::{GradientFit, Kinematics, LocalState, StiffBond};
-
-/// What a bond carries: its energy (J), and F⊗l (J), F the force on its first end.
-struct Carried {
-    energy: f64,
-    virial: Matrix3<f64>,
-}
 
 impl PackingSimulation {
     /// The columns of a probe.
@@ -72,8 +67,9 @@ impl PackingSimulation {
             FieldName::VonMises => (1, self.of_states(|s| [von_mises(&s.stress)])),
             FieldName::PrincipalStress => (3, self.of_states(|s| principal(&s.stress))),
             FieldName::Stretch => (1, self.largest_stretches()),
-            // Bonds of packings do not yield.
-            FieldName::PlasticStretch => (1, vec![0.0; n]),
+            FieldName::PlasticStretch => {
+                (1, self.particles().plastic_stretch().into_iter().map(|s| s as f32).collect())
+            }
         }
     }
 
@@ -141,30 +137,22 @@ impl PackingSimulation {
 
     /// Every whole bond, and by how much its second end is displaced against the first (m).
     fn whole_bonds(&self, mut see: impl FnMut(&StiffBond, &Vector3<f64>)) {
-        let model = &self.problem.model;
-        let u = self.particles().displacements();
-        let strain = self.particles().deformation().map_or(Matrix3::zeros(), |f| f - Matrix3::identity());
-        let centres = model.packing.centres();
-        for (bond, _) in model.bonds.iter().zip(self.particles().whole()).filter(|(_, whole)| **whole) {
-            let (a, b) = (bond.a as usize, bond.b as usize);
-            // An image moves with the cell, too.
-            let image = strain * (bond.branch - (centres[b] - centres[a]));
-            see(bond, &(u[b] + image - u[a]));
-        }
+        let particles = self.particles();
+        let bonds = particles.model().bonds.iter().enumerate();
+        bonds
+            .filter(|(number, _)| particles.whole()[*number])
+            .for_each(|(number, bond)| see(bond, &particles.moved(number)));
     }
 
-    /// Every whole bond, once for either end.
+    /// Every bond that is not broken, once for either end, with what it carries.
     fn each_bond(&self, mut see: impl FnMut(usize, &Carried)) {
-        let turns = self.particles().rotations();
-        self.whole_bonds(|bond, moved| {
-            let (a, b) = (bond.a as usize, bond.b as usize);
-            let carried = match self.problem.model.kinematics {
-                Kinematics::Linear => linear(bond, moved, &(turns[a].scaled_axis() + turns[b].scaled_axis())),
-                Kinematics::Finite => finite(bond, moved, &(turns[a] * bond.branch + turns[b] * bond.branch)),
-            };
-            see(a, &carried);
-            see(b, &carried);
-        });
+        let particles = self.particles();
+        for (number, bond) in particles.model().bonds.iter().enumerate() {
+            if let Some(carried) = particles.carried(number) {
+                see(bond.a as usize, &carried);
+                see(bond.b as usize, &carried);
+            }
+        }
     }
 }
 
@@ -186,53 +174,6 @@ pub(super) fn stress_warnings(problem: &PackingProblem) -> Vec<String> {
         .collect()
 }
 
-/// Δ = moved − ½ (θ_a + θ_b)×L₀, F = k_n (Δ·n) n + k_t Δ_t (THEORY section 5).
-fn linear(bond: &StiffBond, moved: &Vector3<f64>, turn: &Vector3<f64>) -> Carried {
-    let n = bond.branch.normalize();
-    let delta = moved - 0.5 * turn.cross(&bond.branch);
-    let along = delta.dot(&n);
-    let force = n * (bond.normal * along) + (delta - n * along) * bond.tangential;
-    Carried { energy: 0.5 * force.dot(&delta), virial: force * bond.branch.transpose() }
-}
-
-/// U = ½ k_n (ℓ − ℓ₀)² + ½ k_t ℓ ℓ₀ |τ|², τ = m − (n·m) n, m = ½(R_a + R_b) L₀/ℓ₀, and its gradient, as the kernel has them.
-fn finite(bond: &StiffBond, moved: &Vector3<f64>, carried_twice: &Vector3<f64>) -> Carried {
-    let (rest, branch) = (bond.branch.norm(), bond.branch + moved);
-    let (length, m) = (branch.norm(), carried_twice / (2.0 * rest));
-    let n = branch / length;
-    let along = n.dot(&m);
-    let t = m - n * along;
-    let (stretch, shear) = (length - rest, bond.tangential * rest);
-    let force = n * (bond.normal * stretch + 0.5 * shear * t.norm_squared()) - t * (shear * along);
-    let energy = 0.5 * bond.normal * stretch * stretch + 0.5 * shear * length * t.norm_squared();
-    Carried { energy, virial: force * branch.transpose() }
-}
-
 fn vectors(field: &[Vector3<f64>]) -> Vec<f32> {
     field.iter().flat_map(|v| [v.x as f32, v.y as f32, v.z as f32]).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use nalgebra::UnitQuaternion;
-
-    use super::*;
-    use crate::operator::particles::naive::finite_energy;
-
-    #[test]
-    fn fields_are_those_of_the_kernel_s_energy() {
-        let bond = StiffBond { a: 0, b: 1, branch: Vector3::new(0.7, -0.4, 1.1), normal: 3e5, tangential: 1e5 };
-        let [a, b] = [[0.1, 0.2, -0.1], [-0.15, 0.1, 0.2]].map(|v| UnitQuaternion::from_scaled_axis(Vector3::from(v)));
-        let moved = Vector3::new(0.05, 0.12, -0.08);
-        let energy = |moved: &Vector3<f64>| finite_energy(&bond, [Vector3::zeros(), *moved], [a, b]);
-        let ours = finite(&bond, &moved, &(a * bond.branch + b * bond.branch));
-        assert!((ours.energy / energy(&moved) - 1.0).abs() < 1e-12);
-        let (branch, h) = (bond.branch + moved, 1e-6);
-        for axis in 0..3 {
-            let e = Vector3::ith(axis, h);
-            let slope = (energy(&(moved + e)) - energy(&(moved - e))) / (2.0 * h);
-            // Of F⊗l, row by row.
-            assert!((ours.virial[(axis, 2)] - slope * branch.z).abs() < 1e-6 * ours.virial.norm());
-        }
-    }
 }

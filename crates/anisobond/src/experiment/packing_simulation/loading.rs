@@ -8,7 +8,7 @@ use super::problem::PackingProblem;
 use crate::experiment::element_test::Rotations;
 use crate::experiment::problem::{Condition, History};
 use crate::operator::particles::Particles;
-use crate::solver::particles::{Acting, Held, PointLoad, Support};
+use crate::solver::particles::{Acting, Held, PointLoad, SpheresAtRest, Support};
 use crate::{Error, Result};
 
 /// A prescribed component of a sphere: `value` (m or m/s) times a history.
@@ -116,8 +116,8 @@ impl Loading {
         Acting { loads: self.loads(t), held }
     }
 
-    /// Prescribed displacements at a load factor (or time), spheres that nothing joins held where they are.
-    pub(super) fn supports(&self, t: f64, loose: &[u32]) -> Vec<Support> {
+    /// Prescribed displacements at a load factor (or time), spheres that nothing joins held where they came `from`, or at the start.
+    pub(super) fn supports(&self, t: f64, loose: &[u32], from: Option<&SpheresAtRest>) -> Vec<Support> {
         let now = self.factors(t);
         let mut supports: HashMap<u32, [Option<f64>; 6]> = HashMap::new();
         for p in self.prescribed.iter().filter(|p| !p.velocity) {
@@ -128,7 +128,12 @@ impl Loading {
         }
         for &sphere in loose {
             let value = supports.entry(sphere).or_insert([None; 6]);
-            value.iter_mut().for_each(|v| *v = v.or(Some(0.0)));
+            let place = |i: usize| match from {
+                None => 0.0,
+                Some(rest) if i < 3 => rest.displacement[sphere as usize][i],
+                Some(rest) => rest.rotation[sphere as usize][i - 3],
+            };
+            value.iter_mut().enumerate().for_each(|(i, v)| *v = v.or(Some(place(i))));
         }
         let mut supports: Vec<Support> =
             supports.into_iter().map(|(sphere, value)| Support { sphere, value }).collect();

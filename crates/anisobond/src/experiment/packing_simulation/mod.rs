@@ -13,15 +13,14 @@ use nalgebra::{Matrix3, Vector3};
 use self::loading::Loading;
 use self::loose::Joined;
 pub use self::problem::{CellDrive, CellState, Leavers, PackingEvidence, PackingProblem, Peak, ServoPlan};
-use self::statics::{Rest, settled};
+use self::statics::Rest;
 use super::checked::Checked;
-use super::outcome::StepLook;
+use super::outcome::{Outcome, StepLook};
 use super::particles::{MotionPlan, ParticleMotion, checked_step};
 use super::problem::Schedule;
-use super::simulation::{Ledger, StepEvidence, steps_in};
+use super::simulation::{Ledger, StaticEvidence, StepEvidence, steps_in};
 use crate::operator::Network;
 use crate::operator::particles::{Particles, Sums};
-use crate::solver::SolverReport;
 use crate::solver::particles::{Control, Servo, affine_stiffness, damped_step, mean_stress};
 use crate::tensor::PAIRS;
 use crate::{Error, Result};
@@ -56,7 +55,7 @@ impl PackingSimulation {
     ///
     /// # Errors
     /// What [`PackingProblem::checked`] refuses; a model that is none; conditions that contradict each other; a step above the
-    /// stable one; a servo of a body that is not periodic along all axes, or in equilibrium; bonds that break or finite
+    /// stable one; a servo of a body that is not periodic along all axes, or in equilibrium; contacts, bonds that yield or finite
     /// kinematics in equilibrium.
     pub fn new(problem: PackingProblem) -> Result<Self> {
         PackingSimulation::new_seen(problem, &|_| true)
@@ -195,13 +194,37 @@ impl PackingSimulation {
         }
     }
 
-    /// Whether the last step is done.
+    /// Whether the last step is done, or the body broke.
     pub fn finished(&self) -> bool {
-        self.step() >= self.steps()
+        self.step() >= self.steps() || *self.outcome() != Outcome::Completed
     }
 
-    /// Time (s) in motion, load factor (–) in equilibrium.
+    /// How the run ended, or that nothing has ended it yet.
+    pub fn outcome(&self) -> &Outcome {
+        match &self.stage {
+            Stage::Motion { .. } => &Outcome::Completed,
+            Stage::Equilibrium(rest) => &rest.outcome,
+        }
+    }
+
+    /// Go from the last equilibrium of a body that broke to its last state, for its fields. Energies stay those of the equilibrium.
+    pub fn show_broken(&mut self) {
+        if let Stage::Equilibrium(rest) = &mut self.stage {
+            rest.show_broken();
+        }
+    }
+
+    /// Time (s) in motion, load factor (–) in equilibrium; where the last state of a body that broke is
+    /// [shown](PackingSimulation::show_broken), the load factor at which it broke.
     pub fn time(&self) -> f64 {
+        match &self.stage {
+            Stage::Motion { motion, .. } => motion.time(),
+            Stage::Equilibrium(rest) => rest.load_factor(),
+        }
+    }
+
+    /// Time (s), or load factor of the last equilibrium (–).
+    pub fn reached(&self) -> f64 {
         match &self.stage {
             Stage::Motion { motion, .. } => motion.time(),
             Stage::Equilibrium(rest) => rest.step as f64 / rest.steps as f64,
@@ -239,7 +262,8 @@ impl PackingSimulation {
                  t = {time:.4e} s, at the end there are {number}. They are followed on"
             )
         });
-        left.into_iter().chain(super::simulation::drift_warning(self.ledger(), self.is_motion())).collect()
+        let broke = self.outcome().words().map(|words| format!("the body {words}"));
+        broke.into_iter().chain(left).chain(super::simulation::drift_warning(self.ledger(), self.is_motion())).collect()
     }
 
     /// Spheres that have left the body's box; `None` if none has.
@@ -255,8 +279,8 @@ impl PackingSimulation {
         }
     }
 
-    /// How the last load step was solved; `None` in motion.
-    pub fn static_evidence(&self) -> Option<SolverReport> {
+    /// How the last load step ended; `None` in motion.
+    pub fn static_evidence(&self) -> Option<StaticEvidence> {
         match &self.stage {
             Stage::Motion { .. } => None,
             Stage::Equilibrium(rest) => rest.last,
@@ -295,11 +319,7 @@ impl ServoPlan {
 fn motion(problem: &PackingProblem, loading: &Loading, joined: &Joined, look: StepLook) -> Result<ParticleMotion> {
     let mut particles = Particles::new(problem.model.clone())?;
     if let Schedule::Motion { from_equilibrium: true, .. } = problem.schedule {
-        let start = settled(problem, loading, joined, 0.0, look).map_err(|e| e.at("equilibrium at the start"))?;
-        for (sphere, (u, theta)) in start.displacement.iter().zip(&start.rotation).enumerate() {
-            particles.move_by(sphere, u);
-            particles.turn_by(sphere, theta);
-        }
+        PackingSimulation::settled_start(problem, loading, joined, &mut particles, look)?;
     }
     for (spheres, velocity) in &problem.initial_velocity {
         spheres.iter().for_each(|&s| particles.set_velocity(s as usize, velocity));

@@ -35,6 +35,7 @@ use self::motion::{Motion, Pass};
 pub use self::overlap::{Between, Overlap};
 use self::reactions::Reactions;
 pub use self::saved::SavedState;
+pub(super) use self::statics::SETTLED;
 pub use self::statics::StaticEvidence;
 use self::statics::{Moment, Statics};
 use super::checked::Checked;

@@ -10,8 +10,8 @@ use crate::experiment::outcome::{Collapse, StepLook, WithinStep};
 use crate::experiment::problem::Problem;
 use crate::operator::grid::{FailingBonds, Failure};
 use crate::operator::{Kinematics, VectorField};
-use crate::solver::grid::{Equilibrium, FreeModes, Method, Prepared, Settled, SettlingEnd, Supports, settle};
-use crate::solver::{Ending, SolverReport, Stopping};
+use crate::solver::grid::{Equilibrium, FreeModes, Method, Prepared, Supports};
+use crate::solver::{Ending, Settled, SettlingEnd, SolverReport, Stopping, settle};
 use crate::{Error, Result};
 
 /// Iterations relative to those of the first solve with a preconditioner, above which it is set up anew.
@@ -19,7 +19,7 @@ const POOR: f64 = 1.5;
 
 /// Bonds are followed until no secant, relative to the undamaged one, would fall by more, and no permanent elongation, relative to
 /// that of the onset, would change by more.
-const SETTLED: f64 = 1e-4;
+pub(in crate::experiment) const SETTLED: f64 = 1e-4;
 
 /// A body whose loads do so many times the work of the last equilibrium, and have not come to rest, carries them no more.
 const YIELDS: f64 = 100.0;
@@ -184,7 +184,7 @@ impl Statics {
             let WithinStep { equilibria, broken, .. } = within.get();
             let next = (equilibria + 1, broken + now.broken as u64);
             within.set(WithinStep { equilibria: next.0, broken: next.1, ..WithinStep::default() });
-            now.changed
+            Ok(now.changed)
         };
         let (displacement, settled) = settle(bonds, start, solve, fail)?;
         let failed = lost || failure.changed > 0;

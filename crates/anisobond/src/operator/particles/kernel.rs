@@ -61,6 +61,8 @@ pub(super) struct At<'a> {
     pub kinematics: Kinematics,
     /// Whether Σ F⊗l is summed.
     pub virial: bool,
+    /// Whether bonds leave the linear law in compression beyond their tensile strength, too.
+    pub yields: bool,
 }
 
 /// Forces and moments of all bonds on particles, and their sums.
@@ -166,7 +168,7 @@ unsafe fn row<L: Lanes<T = f64>>(at: &At, particle: usize, load: &mut Load, all:
                     Kinematics::Linear => linear(block, part, &own, &others),
                 };
                 if let Some(strength) = rows.strength.get(number) {
-                    weed_broken(&mut some, block, part, strength, sums);
+                    weed_broken(&mut some, block, part, (strength, at.yields), sums);
                 }
                 all.energy = all.energy.add(some.energy);
                 force = force.add(some.force);
@@ -327,7 +329,7 @@ unsafe fn linear<L: Lanes<T = f64>>(block: &Block, part: usize, own: &Own<L>, ot
     }
 }
 
-/// Bonds above their strength carry nothing from now on, and are reported.
+/// Bonds above their strength are not the rows' from now on, and are reported.
 ///
 /// # Safety
 /// As [`all_rows`].
@@ -336,13 +338,17 @@ unsafe fn weed_broken<L: Lanes<T = f64>>(
     some: &mut Halves<L>,
     block: &Block,
     part: usize,
-    strength: &BlockStrength,
+    (strength, yields): (&BlockStrength, bool),
     sums: &mut RowSums,
 ) {
     // SAFETY: the caller's contract.
     unsafe {
         let hold = some.normal.neg_mul_add(L::load(&strength.slope[part]), L::load(&strength.cohesion[part]));
-        let pulled = L::bits(some.normal.above(L::load(&strength.tension[part])));
+        let tension = L::load(&strength.tension[part]);
+        let mut pulled = L::bits(some.normal.above(tension));
+        if yields {
+            pulled |= L::bits(L::splat(0.0).sub(some.normal).above(tension));
+        }
         let sheared = L::bits(some.shear_squared.above(hold.mul(hold)));
         // Shear beyond a limit below zero breaks even if it is zero.
         let over = pulled | sheared | L::bits(L::splat(0.0).above(hold));

@@ -3,7 +3,9 @@
 //! A [`ParticleModel`] says what the spheres and bonds are; [`Particles`] is their state and computes forces from it. Who
 //! moves the state is `solver::particles`.
 
+mod bond;
 mod contact;
+mod departed;
 mod gather;
 mod ghosts;
 mod kernel;
@@ -14,6 +16,7 @@ mod rows;
 mod system;
 mod three;
 
+pub use bond::Carried;
 pub use contact::{ContactLaw, TouchingPair};
 pub use model::{ParticleModel, Strength, bulk_masses, sphere_masses};
 pub use pose::Pose;

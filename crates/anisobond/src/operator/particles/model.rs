@@ -1,8 +1,10 @@
 //! What spheres and bonds are, before anything moves.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use super::contact::ContactLaw;
+use crate::bond_law::{BondLaw, Brittle};
 use crate::lattice::Packing;
 use crate::operator::{Kinematics, Network, StiffBond};
 use crate::{Error, Result};
@@ -18,8 +20,10 @@ pub struct ParticleModel {
     pub mass: Vec<f64>,
     /// Small displacements and rotations about the state given here, or finite ones.
     pub kinematics: Kinematics,
-    /// Strength of each bond; `None`: bonds do not break.
+    /// Strength of each bond, at which it leaves the linear law; `None`: bonds do not break.
     pub strength: Option<Vec<Strength>>,
+    /// What bonds do from there on.
+    pub law: Arc<dyn BondLaw>,
     /// How spheres that no bond joins touch; `None`: they pass through each other.
     pub contact: Option<ContactLaw>,
 }
@@ -27,7 +31,8 @@ pub struct ParticleModel {
 impl ParticleModel {
     /// Elastic bonds of a network between the spheres of a packing; strength and contact are the caller's to add.
     pub fn elastic(packing: Packing, network: &Network, mass: Vec<f64>, kinematics: Kinematics) -> Self {
-        ParticleModel { packing, bonds: network.bonds.clone(), mass, kinematics, strength: None, contact: None }
+        let bonds = network.bonds.clone();
+        ParticleModel { packing, bonds, mass, kinematics, strength: None, law: Arc::new(Brittle), contact: None }
     }
 
     /// What is wrong with it.
@@ -62,8 +67,8 @@ impl ParticleModel {
     }
 }
 
-/// When a bond breaks (brittle): normal force N (N, tension positive) above `tension`, or shear force above
-/// `cohesion` − N tan `friction_angle` (Mohr-Coulomb; compression holds it).
+/// When a bond leaves the linear law; a brittle one breaks: normal force N (N, tension positive) above `tension`, or shear force
+/// above `cohesion` − N tan `friction_angle` (Mohr-Coulomb; compression holds it).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Strength {
     /// Largest tensile force (N); may be infinite.
@@ -87,7 +92,23 @@ impl Strength {
 
     /// Whether a bond with a normal force (tension positive) and the magnitude of a shear force (N) holds.
     pub fn holds(&self, normal: f64, shear: f64) -> bool {
-        normal <= self.tension && shear <= self.cohesion - normal * self.friction_angle.tan()
+        normal <= self.tension && self.holds_in_shear(normal, shear)
+    }
+
+    /// The same, tensile strength left aside.
+    pub fn holds_in_shear(&self, normal: f64, shear: f64) -> bool {
+        shear <= self.cohesion - normal * self.friction_angle.tan()
+    }
+
+    /// The share (–) of its strength that a bond uses: 1 where it just holds, and in proportion to tension and shear together.
+    /// Compression holds with all of its friction, whatever is left of the bond.
+    pub fn share(&self, normal: f64, shear: f64) -> f64 {
+        let friction = normal * self.friction_angle.tan();
+        if normal > 0.0 {
+            (normal / self.tension).max((shear + friction) / self.cohesion)
+        } else {
+            shear / (self.cohesion - friction)
+        }
     }
 
     fn check(&self) -> Result<()> {

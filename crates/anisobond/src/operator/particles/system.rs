@@ -3,12 +3,14 @@
 //! Inside, particles are numbered along a space-filling curve; everything public counts as the packing does.
 
 mod evaluate;
+mod fail;
 mod reading;
 mod saved;
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::contact::Contacts;
+use super::departed::DepartedBonds;
 use super::ghosts::{Ghosts, Image};
 use super::kernel::Load;
 use super::model::ParticleModel;
@@ -36,12 +38,15 @@ pub struct Sums {
     pub broken: Broken,
 }
 
-/// Bonds that broke.
+/// Bonds that broke, or that their law has changed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Broken {
-    /// Number.
+    /// Number of bonds that broke.
     pub bonds: usize,
-    /// Energy that they held, less what contacts take over (J).
+    /// Number of bonds that changed, those that broke among them.
+    pub changed: usize,
+    /// Energy lost (J): ½ k e e' of a linear bond of stiffness k that breaks on its way from the elongation e to e'
+    /// (`operator::grid::failing`).
     pub energy: f64,
 }
 
@@ -54,6 +59,8 @@ struct Periodic {
     volume: f64,
     /// F − I, F the deformation gradient: kept apart from I so that small strains keep their digits.
     change: Matrix3<f64>,
+    /// The gradient (–) by which the cell has moved since the forces were last evaluated.
+    gradient: Matrix3<f64>,
 }
 
 impl Periodic {
@@ -92,6 +99,7 @@ pub struct Particles {
     loads: Vec<Load>,
     ghosts: Ghosts,
     rows: Rows,
+    departed: DepartedBonds,
     contacts: Option<Contacts>,
     periodic: Option<Periodic>,
     /// Images that the model's bonds lead to.
@@ -115,6 +123,7 @@ impl Particles {
             edges: Some(edges),
             volume: edges.product(),
             change: Matrix3::zeros(),
+            gradient: Matrix3::zeros(),
         });
         let images = images(&model)?;
         Particles::assemble(model, images, periodic)
@@ -136,7 +145,12 @@ impl Particles {
         Particles::assemble(
             model,
             images,
-            Some(Periodic { edges: None, volume: network.volume, change: Matrix3::zeros() }),
+            Some(Periodic {
+                edges: None,
+                volume: network.volume,
+                change: Matrix3::zeros(),
+                gradient: Matrix3::zeros(),
+            }),
         )
     }
 
@@ -167,6 +181,7 @@ impl Particles {
             ghosts,
             whole: (0..model.bonds.len()).map(|b| rows.is_whole(b)).collect(),
             rows,
+            departed: DepartedBonds::new(model.law.clone()),
             contacts: model.contact.map(Contacts::new),
             periodic,
             images,

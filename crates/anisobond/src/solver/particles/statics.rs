@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::verlet::PointLoad;
 use crate::operator::particles::ParticleModel;
-use crate::operator::{BondList, Network, NodeField};
+use crate::operator::{BondList, Network, NodeField, StiffBond};
 use crate::solver::{BlockJacobi, Ending, Look, SolverReport, Stopping, solve_bonds};
 use crate::{Error, Result};
 
@@ -21,6 +21,21 @@ pub struct Support {
     pub sphere: u32,
     /// Displacement (m), then rotation vector (radians); `None` is free.
     pub value: [Option<f64>; 6],
+}
+
+/// Bonds between spheres, and what acts on them.
+#[derive(Clone, Debug)]
+pub struct Resting<'a> {
+    /// Centres of the spheres at the start (m).
+    pub centres: &'a [Vector3<f64>],
+    /// Their bonds.
+    pub bonds: Vec<StiffBond>,
+    /// What is held.
+    pub supports: &'a [Support],
+    /// What pulls.
+    pub loads: &'a [PointLoad],
+    /// Where the spheres are before; what is not joined to anything held stays there. `None`: at the start.
+    pub from: Option<&'a SpheresAtRest>,
 }
 
 /// Spheres at rest.
@@ -49,71 +64,82 @@ pub fn equilibrium(
     loads: &[PointLoad],
     stopping: &Stopping,
 ) -> Result<SpheresAtRest> {
-    equilibrium_seen(model, supports, loads, stopping, &|_, _| true)
+    let (centres, bonds) = (model.packing.centres(), model.bonds.clone());
+    Resting { centres, bonds, supports, loads, from: None }.equilibrium(stopping, &|_, _| true)
 }
 
-/// [`equilibrium`], seen at every iteration by whoever may end it.
-///
-/// # Errors
-/// As [`equilibrium`], and [`Error::Interrupted`] where it was ended.
-pub fn equilibrium_seen(
-    model: &ParticleModel,
-    supports: &[Support],
-    loads: &[PointLoad],
-    stopping: &Stopping,
-    look: Look,
-) -> Result<SpheresAtRest> {
-    let n = model.packing.len();
-    let spheres = supports.iter().map(|s| s.sphere).chain(loads.iter().map(|l| l.sphere));
-    if let Some(missing) = spheres.into_iter().find(|&s| s as usize >= n) {
-        return Err(Error::input(
-            format!("sphere {} is held or loaded, but there are {n}", u64::from(missing) + 1),
-            "use the spheres that exist",
-        ));
+impl SpheresAtRest {
+    /// Spheres that are somewhere: displacements (m) and rotation vectors (radians), nothing solved for.
+    pub fn placed(displacement: Vec<Vector3<f64>>, rotation: Vec<Vector3<f64>>) -> Self {
+        let reaction = vec![[Vector3::zeros(); 2]; displacement.len()];
+        SpheresAtRest { displacement, rotation, reaction, energy: 0.0, report: SolverReport::begun(0) }
     }
-    let nodes = model.packing.centres().to_vec();
-    let list = BondList::new(&Network { nodes, bonds: model.bonds.clone(), volume: 1.0, nodal: None })?;
-    let (mut held, mut given) = (vec![[false; 6]; n], list.zeros::<1>());
-    for support in supports {
-        let place = list.place(support.sphere as usize);
-        for (i, value) in support.value.iter().enumerate() {
-            if let Some(value) = value {
-                held[place][i] = true;
-                given[place][i][0] = *value;
+}
+
+impl Resting<'_> {
+    /// Displacements and rotations at which the bonds bear the loads, seen at every iteration by whoever may end the solve.
+    ///
+    /// # Errors
+    /// As [`equilibrium`], and [`Error::Interrupted`] where it was ended.
+    pub fn equilibrium(self, stopping: &Stopping, look: Look) -> Result<SpheresAtRest> {
+        let Resting { centres, bonds, supports, loads, from } = self;
+        let n = centres.len();
+        let spheres = supports.iter().map(|s| s.sphere).chain(loads.iter().map(|l| l.sphere));
+        if let Some(missing) = spheres.into_iter().find(|&s| s as usize >= n) {
+            return Err(Error::input(
+                format!("sphere {} is held or loaded, but there are {n}", u64::from(missing) + 1),
+                "use the spheres that exist",
+            ));
+        }
+        let list = BondList::new(&Network { nodes: centres.to_vec(), bonds, volume: 1.0, nodal: None })?;
+        let (mut held, mut given) = (vec![[false; 6]; n], list.zeros::<1>());
+        for (sphere, (u, theta)) in
+            from.iter().flat_map(|rest| rest.displacement.iter().zip(&rest.rotation)).enumerate()
+        {
+            given[list.place(sphere)] = std::array::from_fn(|i| [if i < 3 { u[i] } else { theta[i - 3] }]);
+        }
+        for support in supports {
+            let place = list.place(support.sphere as usize);
+            for (i, value) in support.value.iter().enumerate() {
+                if let Some(value) = value {
+                    held[place][i] = true;
+                    given[place][i][0] = *value;
+                }
             }
         }
-    }
-    let mut b = list.zeros::<1>();
-    list.apply(&given, &mut b);
-    b.iter_mut().flatten().flatten().for_each(|b| *b = -*b);
-    for load in loads {
-        let b = &mut b[list.place(load.sphere as usize)];
-        for i in 0..3 {
-            b[i][0] += load.force[i];
-            b[3 + i][0] += load.moment[i];
+        let mut b = list.zeros::<1>();
+        list.apply(&given, &mut b);
+        b.iter_mut().flatten().flatten().for_each(|b| *b = -*b);
+        for load in loads {
+            let b = &mut b[list.place(load.sphere as usize)];
+            for i in 0..3 {
+                b[i][0] += load.force[i];
+                b[3 + i][0] += load.moment[i];
+            }
         }
+        let m = BlockJacobi::with_held(&list, &held);
+        let (mut x, report) = solve_bonds(&list, &m, b.clone(), &[0.0], (stopping, look));
+        if report.ending == Ending::Stopped {
+            return Err(Error::Interrupted { message: "equilibrium was not found yet".into() });
+        }
+        if !report.converged() {
+            // Given up before its time, the solve met a motion that costs no energy.
+            let early = report.iterations < stopping.most_iterations;
+            let said = if early { Error::mechanism } else { Error::not_converged };
+            return Err(said(
+                format!(
+                    "equilibrium was not reached in {} iterations (relative residual {:.1e})",
+                    report.iterations, report.residual
+                ),
+                "hold every part of the body so that it cannot move freely, or allow more iterations",
+            ));
+        }
+        refuse_loose(&list, &x, &b, &held)?;
+        for (x, g) in x.iter_mut().zip(&given) {
+            (0..6).for_each(|i| x[i][0] += g[i][0]);
+        }
+        Ok(collected(&list, &x, &held, loads, report))
     }
-    let m = BlockJacobi::with_held(&list, &held);
-    let (mut x, report) = solve_bonds(&list, &m, b.clone(), &[0.0], (stopping, look));
-    if report.ending == Ending::Stopped {
-        return Err(Error::Interrupted { message: "equilibrium was not found yet".into() });
-    }
-    if !report.converged() {
-        // Given up before its time, the solve met a motion that costs no energy.
-        let said = if report.iterations < stopping.most_iterations { Error::mechanism } else { Error::not_converged };
-        return Err(said(
-            format!(
-                "equilibrium was not reached in {} iterations (relative residual {:.1e})",
-                report.iterations, report.residual
-            ),
-            "hold every part of the body so that it cannot move freely, or allow more iterations",
-        ));
-    }
-    refuse_loose(&list, &x, &b, &held)?;
-    for (x, g) in x.iter_mut().zip(&given) {
-        (0..6).for_each(|i| x[i][0] += g[i][0]);
-    }
-    Ok(collected(&list, &x, &held, loads, report))
 }
 
 /// A load along a free motion is not balanced, whatever conjugate gradients say of the rest: its spheres are named.

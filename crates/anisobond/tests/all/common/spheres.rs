@@ -1,5 +1,8 @@
 //! Spheres with bonds, for the tests of their forces and their motion.
 
+use std::sync::Arc;
+
+use anisobond::bond_law::Brittle;
 use anisobond::calibration::{EllipticFit, LatticeStiffness, TransverseConstants};
 use anisobond::lattice::{Lattice, Packing};
 use anisobond::operator::particles::{ParticleModel, Particles, bulk_masses, naive};
@@ -41,7 +44,15 @@ pub fn periodic(n: usize, seed: u64, kinematics: Kinematics) -> Particles {
 pub fn pair(branch: Vector3<f64>, kn: f64, kt: f64, kinematics: Kinematics) -> ParticleModel {
     let packing = Packing::new(None, vec![Vector3::zeros(), branch], vec![0.5, 0.5]).unwrap();
     let bonds = vec![StiffBond { a: 0, b: 1, branch, normal: kn, tangential: kt }];
-    ParticleModel { packing, bonds, mass: vec![2.0, 2.0], kinematics, strength: None, contact: None }
+    ParticleModel {
+        packing,
+        bonds,
+        mass: vec![2.0, 2.0],
+        kinematics,
+        strength: None,
+        law: Arc::new(Brittle),
+        contact: None,
+    }
 }
 
 /// A free body: a lattice of shaken spheres whose bonds through the cell's faces are cut.
@@ -56,7 +67,7 @@ pub fn free_model_within(contact_radius: f64, n: usize, seed: u64, kinematics: K
     let bonds = network.bonds.iter().filter(|b| whole(b)).copied().collect();
     let mass = bulk_masses(&lattice.packing, lattice.volume, 2500.0);
     let packing = Packing::new(None, centres, lattice.packing.radii().to_vec()).unwrap();
-    ParticleModel { packing, bonds, mass, kinematics, strength: None, contact: None }
+    ParticleModel { packing, bonds, mass, kinematics, strength: None, law: Arc::new(Brittle), contact: None }
 }
 
 pub fn vector(random: &mut Random, size: f64) -> Vector3<f64> {

@@ -139,6 +139,7 @@ fn model(case: &CaseFile, p: &PackingStatement, body: &Spheres, mass: Vec<f64>) 
         mass,
         kinematics: case.model.kinematics,
         strength,
+        law: case.model.law.clone(),
         contact,
     })
 }

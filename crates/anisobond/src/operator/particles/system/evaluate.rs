@@ -1,11 +1,11 @@
-//! Forces where the spheres are now, and what breaks there.
+//! Forces where the spheres are now.
 
 use std::cell::OnceCell;
 use std::collections::HashSet;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Broken, Particles, Sums};
+use super::{Particles, Sums};
 use crate::Result;
 use crate::operator::Kinematics;
 use crate::operator::particles::contact::{Scene, ordered};
@@ -18,77 +18,67 @@ impl Particles {
         let linear = self.kinematics == Kinematics::Linear;
         let Some(periodic) = &mut self.periodic else { return };
         periodic.change += if linear { *gradient } else { gradient * periodic.deformation() };
+        periodic.gradient = *gradient;
         for (pose, x) in self.poses.iter_mut().zip(&self.start) {
             let place = if linear { *x } else { x + pose.u() };
             pose.shift(&(gradient * place));
         }
     }
 
-    /// Forces and moments of bonds and contacts where the particles are now; bonds above their strength break. `step`
-    /// (s) is the time since the last evaluation, over which contacts have slipped with the particles' velocities (0 for
-    /// the first).
+    /// Forces and moments of bonds and contacts where the particles are now; bonds beyond their strength break or follow their
+    /// law. `step` (s) is the time since the last evaluation, over which the ends of bonds have moved and contacts have slipped
+    /// with the particles' velocities (0 for the first).
     ///
     /// # Errors
     /// Contacts that cannot be searched: positions that are not finite.
     pub fn evaluate(&mut self, step: f64) -> Result<Sums> {
+        self.evaluate_within(step, 0.0)
+    }
+
+    /// The same at rest; what a law would change by no more than `tolerance` (–) is left.
+    ///
+    /// # Errors
+    /// As [`Particles::evaluate`].
+    pub fn evaluate_at_rest(&mut self, tolerance: f64) -> Result<Sums> {
+        self.evaluate_within(0.0, tolerance)
+    }
+
+    fn evaluate_within(&mut self, step: f64, tolerance: f64) -> Result<Sums> {
         let n = self.len();
         if let Some(periodic) = &self.periodic {
             self.ghosts.refresh(&mut self.poses, n, &periodic.change);
         }
         let rows = forces(
-            &At { rows: &self.rows, poses: &self.poses, kinematics: self.kinematics, virial: self.periodic.is_some() },
+            &At {
+                rows: &self.rows,
+                poses: &self.poses,
+                kinematics: self.kinematics,
+                virial: self.periodic.is_some(),
+                yields: self.departed.law.yields(),
+            },
             &mut self.loads,
         );
         let mut sums = Sums { bonds: rows.energy, virial: matrix(&rows.virial), ..Sums::default() };
-        if !rows.broken.is_empty() {
-            sums.broken = self.break_bonds(&rows.broken, &mut sums);
+        self.fail(&rows.broken, step, tolerance, &mut sums);
+        self.add_departed(&mut sums);
+        if let Some(periodic) = &mut self.periodic {
+            periodic.gradient = Matrix3::zeros();
         }
         self.evaluate_contacts(step, &mut sums)?;
         Ok(sums)
     }
 
-    /// Take away what broke. A periodic bond's halves differ by rounding: one alone takes the other with it.
-    fn break_bonds(&mut self, halves: &[(u32, f64)], sums: &mut Sums) -> Broken {
-        let mut bonds: Vec<(u32, f64)> = halves.to_vec();
-        bonds.sort_by_key(|b| b.0);
-        let mut broken = Broken::default();
-        for same in bonds.chunk_by(|a, b| a.0 == b.0) {
-            let bond = same[0].0 as usize;
-            self.remove_bond(bond);
-            if same.len() == 1 {
-                for end in [self.model.bonds[bond].a, self.model.bonds[bond].b] {
-                    self.again(self.place[end as usize] as usize);
-                }
-                sums.bonds -= 0.5 * same[0].1;
-            }
-            broken.bonds += 1;
-            broken.energy += same[0].1;
-        }
-        broken
-    }
-
     /// Forces on one particle anew.
-    fn again(&mut self, place: usize) {
+    pub(super) fn again(&mut self, place: usize) {
         let mut ignored = RowSums::default();
-        let at = At { rows: &self.rows, poses: &self.poses, kinematics: self.kinematics, virial: false };
+        let at = At {
+            rows: &self.rows,
+            poses: &self.poses,
+            kinematics: self.kinematics,
+            virial: false,
+            yields: self.departed.law.yields(),
+        };
         piece(&at, place, &mut self.loads[place..=place], &mut ignored);
-    }
-
-    pub(super) fn remove_bond(&mut self, number: usize) {
-        self.rows.break_bond(number);
-        self.whole[number] = false;
-        self.broken += 1;
-        let bond = &self.model.bonds[number];
-        let (a, b, image) = (self.place[bond.a as usize], self.place[bond.b as usize], self.image(number));
-        let touch = bond.branch.norm().min(self.radii[a as usize] + self.radii[b as usize]);
-        if let Some(contacts) = &mut self.contacts {
-            contacts.release((a, b, image), touch);
-        }
-    }
-
-    /// Image s of b that a bond of the model leads to.
-    fn image(&self, number: usize) -> [i32; 3] {
-        self.images[number].key.map(|k| k as i32)
     }
 
     fn evaluate_contacts(&mut self, step: f64, sums: &mut Sums) -> Result<()> {

@@ -158,7 +158,7 @@ impl Particles {
         self.sphere[place] as usize
     }
 
-    /// Which bonds of the model are whole.
+    /// Which bonds of the model are not broken.
     pub fn whole(&self) -> &[bool] {
         &self.whole
     }
@@ -168,14 +168,16 @@ impl Particles {
         self.broken
     }
 
-    /// Share of a sphere's bonds that are broken (–), by sphere; 0 without bonds.
+    /// Damage of each sphere (–): the mean over its bonds of the share of their energy that is spent; of brittle bonds, the share
+    /// that is broken; 0 without bonds.
     pub fn damage(&self) -> Vec<f64> {
         let mut count = vec![[0.0f64; 2]; self.len()];
-        for (bond, &whole) in self.model.bonds.iter().zip(&self.whole) {
+        for (number, bond) in self.model.bonds.iter().enumerate() {
+            let spent = self.spent(number);
             for end in [bond.a, bond.b] {
                 let [all, broken] = &mut count[end as usize];
                 *all += 1.0;
-                *broken += if whole { 0.0 } else { 1.0 };
+                *broken += spent;
             }
         }
         count.into_iter().map(|[all, broken]| if all > 0.0 { broken / all } else { 0.0 }).collect()
@@ -184,7 +186,8 @@ impl Particles {
     /// Break a bond of the model: a pre-crack; its energy is not accounted for.
     pub fn cut_bond(&mut self, bond: usize) {
         if self.whole[bond] {
-            self.remove_bond(bond);
+            self.rows.break_bond(bond);
+            self.forget_bond(bond);
         }
     }
 

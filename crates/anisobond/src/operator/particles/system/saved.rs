@@ -3,6 +3,8 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::Particles;
+use crate::bond_law::BondState;
+use crate::operator::particles::departed::Departed;
 use crate::{Error, Result};
 
 /// The arrays of a state by name, in the order of the places along the curve; nothing that the model says itself.
@@ -52,7 +54,8 @@ pub(in crate::operator::particles) fn vectors(numbers: &[f64]) -> Vec<Vector3<f6
 }
 
 impl Particles {
-    /// The state: displacements, rotations, velocities, spins, the cell, which bonds are whole, contacts. Forces are not
+    /// The state: displacements, rotations, velocities, spins, the cell, which bonds are whole, what those that left the linear
+    /// law remember, contacts. Forces are not
     /// part of it; they follow.
     pub fn snapshot(&self) -> Snapshot {
         let poses = &self.poses[..self.len()];
@@ -71,6 +74,13 @@ impl Particles {
             .chunks(64)
             .map(|bits| bits.iter().enumerate().fold(0u64, |word, (bit, whole)| word | (u64::from(*whole) << bit)));
         snapshot.words.push(("whole".into(), words.collect()));
+        let departed = &self.departed.list;
+        let mut keep = |name: &str, of: fn(&BondState) -> f64| {
+            snapshot.numbers.push((name.into(), departed.iter().map(|d| of(&d.state)).collect()));
+        };
+        keep("bond_history", |state| state.history);
+        keep("bond_permanent", |state| state.permanent);
+        snapshot.words.push(("departed".into(), departed.iter().map(|d| u64::from(d.bond)).collect()));
         if let Some(contacts) = &self.contacts {
             contacts.keep(&mut snapshot);
         }
@@ -89,6 +99,18 @@ impl Particles {
             (snapshot.take_numbers("velocity", Some(3 * n))?, snapshot.take_numbers("spin", Some(3 * n))?);
         let cell = snapshot.take_numbers("cell", Some(if self.periodic.is_some() { 9 } else { 0 }))?;
         let whole = snapshot.take_words("whole", Some(self.whole.len().div_ceil(64)))?;
+        let departed = snapshot.take_words("departed", None)?;
+        let known = Some(departed.len());
+        let (history, permanent) =
+            (snapshot.take_numbers("bond_history", known)?, snapshot.take_numbers("bond_permanent", known)?);
+        let listed = departed.is_sorted_by(|a, b| a < b) && departed.iter().all(|&b| (b as usize) < self.whole.len());
+        let follows = departed.is_empty() || !self.departed.law.breaks_at_once();
+        if !(listed && follows) {
+            return Err(Error::input(
+                "the saved bonds have another law than those of this case",
+                "resume with the case as it was",
+            ));
+        }
         if let Some(contacts) = &mut self.contacts {
             contacts.go_on(&mut snapshot, n)?;
         }
@@ -109,6 +131,12 @@ impl Particles {
                 self.broken += 1;
             }
         }
+        let state = |((&bond, &history), &permanent): ((&u64, &f64), &f64)| Departed {
+            bond: bond as u32,
+            state: BondState { history, permanent },
+        };
+        self.departed.list = departed.iter().zip(&history).zip(&permanent).map(state).collect();
+        departed.iter().for_each(|&bond| self.rows.break_bond(bond as usize));
         Ok(())
     }
 }

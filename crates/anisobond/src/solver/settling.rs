@@ -3,7 +3,6 @@
 use serde::Serialize;
 
 use crate::Result;
-use crate::operator::VectorField;
 use crate::solver::SolverReport;
 
 /// Equilibria of one load step at most; a body that still breaks then comes apart.
@@ -35,19 +34,19 @@ pub enum SettlingEnd {
     StillFailing,
 }
 
-/// Equilibrium of a body whose bonds fail: `solve(body, start)` gives u (m), or `None` where the loads move something that nothing
+/// Equilibrium of a body whose bonds fail: `solve(body, start)` gives the state u (displacements, of spheres with their turns), or `None` where the loads move something that nothing
 /// holds; `fail(body, start, u)` lets fail what u stretches too far and returns how many bonds that is; both again until nothing fails.
 /// A solve that does not converge ends it, with the report as its evidence: nothing fails by displacements that are no
 /// equilibrium. Returned are the last displacements, and how it ended.
 ///
 /// # Errors
-/// What `solve` reports.
-pub fn settle<B>(
+/// What `solve` and `fail` report.
+pub fn settle<B, U>(
     body: &mut B,
-    start: VectorField,
-    mut solve: impl FnMut(&B, &VectorField) -> Result<Option<(VectorField, SolverReport)>>,
-    mut fail: impl FnMut(&mut B, &VectorField, &VectorField) -> usize,
-) -> Result<(VectorField, Settled)> {
+    start: U,
+    mut solve: impl FnMut(&B, &U) -> Result<Option<(U, SolverReport)>>,
+    mut fail: impl FnMut(&mut B, &U, &U) -> Result<usize>,
+) -> Result<(U, Settled)> {
     let mut u = start;
     let mut settled = Settled { equilibria: 0, broken: 0, report: None, ended: SettlingEnd::StillFailing };
     while settled.equilibria < MOST_EQUILIBRIA {
@@ -60,7 +59,7 @@ pub fn settle<B>(
         if !report.converged() {
             return Ok((u, Settled { ended: SettlingEnd::NotConverged, ..settled }));
         }
-        let failed = fail(body, &from, &u);
+        let failed = fail(body, &from, &u)?;
         settled.broken += failed;
         if failed == 0 {
             return Ok((u, Settled { ended: SettlingEnd::AtRest, ..settled }));
