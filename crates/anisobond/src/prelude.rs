@@ -20,6 +20,6 @@ pub use crate::experiment::{
     Simulation,
 };
 pub use crate::lattice::{Body, Grid, Influence, Lattice, Neighbourhood, Packing};
-pub use crate::operator::Network;
+pub use crate::operator::{Kinematics, Network};
 pub use crate::tensor::{EngineeringConstants, Material, Stiffness, SymmetryClass};
 pub use crate::{Error, Result};

@@ -137,10 +137,6 @@ impl PackingProblem {
         let sites = Sites { called: "sphere", number, has: &|_| true };
         sites.check_acting(&self.conditions, &self.initial_velocity, &self.schedule)?;
         sites.check_probes(&self.probes)?;
-        let damping = self.local_damping;
-        require((0.0..1.0).contains(&damping), || {
-            (format!("local damping {damping}"), "give a number of at least 0 and below 1")
-        })?;
         self.servo.as_ref().map_or(Ok(()), ServoPlan::check).map_err(|e| e.at("servo"))?;
         self.schedule.check()?;
         self.output.check()
@@ -315,7 +311,7 @@ impl Schedule {
     fn check(&self) -> Result<()> {
         let positive = |x: f64| x.is_finite() && x > 0.0;
         match *self {
-            Schedule::Motion { duration, step, safety, damping, .. } => {
+            Schedule::Motion { duration, step, safety, damping, local_damping, .. } => {
                 require(positive(duration), || (format!("a duration of {duration} s"), "give a positive, finite one"))?;
                 require(step.is_none_or(positive), || {
                     (
@@ -328,6 +324,9 @@ impl Schedule {
                 })?;
                 require(damping.is_finite() && damping >= 0.0, || {
                     (format!("damping of {damping} 1/s"), "give 0 or more: a negative one would drive the body")
+                })?;
+                require((0.0..1.0).contains(&local_damping), || {
+                    (format!("local damping {local_damping}"), "give a number of at least 0 and below 1")
                 })
             }
             Schedule::Equilibrium { steps, tolerance, .. } => {

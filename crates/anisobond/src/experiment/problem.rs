@@ -218,6 +218,8 @@ pub enum Schedule {
         safety: f64,
         /// Damping α (1/s): force −α m v.
         damping: f64,
+        /// Local damping λ (–), 0 ≤ λ < 1: λ times the force on a site, component by component, against its velocity.
+        local_damping: f64,
         /// Run although the step is above the stable one.
         force_step: bool,
         /// Start from equilibrium under the conditions at t = 0.
@@ -237,7 +239,15 @@ pub enum Schedule {
 impl Schedule {
     /// Motion over a duration (s), undamped, at nine tenths of the stable step.
     pub fn motion(duration: f64) -> Self {
-        Schedule::Motion { duration, step: None, safety: 0.9, damping: 0.0, force_step: false, from_equilibrium: false }
+        Schedule::Motion {
+            duration,
+            step: None,
+            safety: 0.9,
+            damping: 0.0,
+            local_damping: 0.0,
+            force_step: false,
+            from_equilibrium: false,
+        }
     }
 
     /// Equilibrium in so many load steps, to a relative residual of 10⁻⁸.

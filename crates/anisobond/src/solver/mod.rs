@@ -17,7 +17,7 @@ mod watch;
 pub use bonds::solve_bonds;
 pub use conjugate_gradients::{Next, Products, Rule, System};
 pub use linear::{LinearOperator, Preconditioner, VectorSpace};
-pub use motion::{Kick, stable_step};
+pub use motion::{Kick, damped_step, stable_step};
 pub use preconditioner::BlockJacobi;
 pub use progress::Progress;
 pub use report::{Ending, SolverReport, Stopping};

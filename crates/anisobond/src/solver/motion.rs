@@ -4,6 +4,12 @@
 //! v_{n+½} = v_{n−½} + Δt a_n, u_{n+1} = u_n + Δt v_{n+½}. Damping α acts on the mean of both velocities,
 //! m (v₊ − v₋)/Δt = f − α m (v₊ + v₋)/2, and the first kick, from v₀, is of half a step. Neither forces nor
 //! accelerations are stored.
+//!
+//! Local damping λ (Cundall 1987) takes λ|f| against the mean v̄ of both velocities, component by component, f all the force but
+//! viscous damping. Like dry friction it is found together with v̄: where v₋ + h f/2m is below h λ|f|/2m in magnitude, v̄ = 0 and the
+//! drag is what holds it there. So no kick gains energy from damping, −h v̄ (α m v̄ + λ|f| sgn v̄) ≤ 0, and ½ m v₊² + ½ uₙ·K uₙ₊₁ of
+//! linear bonds, positive below the stable step, never grows: the motion is stable for every λ < 1. Held components are not damped
+//! locally.
 
 /// How velocities change at one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,6 +18,8 @@ pub struct Kick {
     pub step: f64,
     /// Damping α (1/s).
     pub damping: f64,
+    /// Local damping λ (–), 0 ≤ λ < 1.
+    pub local: f64,
 }
 
 impl Kick {
@@ -29,11 +37,42 @@ impl Kick {
         self.factors().1 * per_mass * force
     }
 
+    /// Local drag λ|f| sgn v̄ (N) on a component under a force f (N), or what makes v̄ = 0 where that is less.
+    ///
+    /// v̄ (1 + α h/2) = v₋ + h (f − drag)/2m; at the `first` kick v̄ is the velocity at the start.
+    #[inline(always)]
+    pub(crate) fn drag(&self, first: bool, before: f64, force: f64, mass: f64) -> f64 {
+        let most = self.local * force.abs();
+        if first {
+            return most * sign(before);
+        }
+        (force + 2.0 * mass / self.step * before).max(-most).min(most)
+    }
+
     /// (keep, push): v₊ = keep v₋ + push f/m.
-    pub(super) fn factors(&self) -> (f64, f64) {
+    pub(crate) fn factors(&self) -> (f64, f64) {
         let half = 0.5 * self.damping * self.step;
         ((1.0 - half) / (1.0 + half), self.step / (1.0 + half))
     }
+}
+
+/// −1, 0 or 1.
+fn sign(x: f64) -> f64 {
+    if x > 0.0 {
+        1.0
+    } else if x < 0.0 {
+        -1.0
+    } else {
+        0.0
+    }
+}
+
+/// The largest step (s) that local damping λ damps at: the stable one of undamped motion over √(1 + λ).
+///
+/// Between this and the stable step the motion stays bounded, but a mode of frequency ω ≥ 2/h√(1 + λ) may swing for ever: from
+/// −u to u and back in one step each, v̄ = 0 at both ends, as h ω² u is within (1 ± λ) of the change of velocity that turns it.
+pub fn damped_step(stable: f64, local: f64) -> f64 {
+    stable / (1.0 + local).sqrt()
 }
 
 /// The largest stable step (s) of undamped motion whose largest squared frequency λ of M⁻¹K (1/s²) is known: 2/√λ.
@@ -55,7 +94,11 @@ mod tests {
         let (mut u, mut v) = (1.0, [-0.5 * damping]);
         for n in 0..steps {
             let step_of_kick = if n == 0 { 0.5 * step } else { step };
-            Kick { step: step_of_kick, damping }.apply(&mut v, &[-omega * omega * u * 3.0], std::iter::once(1.0 / 3.0));
+            Kick { step: step_of_kick, damping, local: 0.0 }.apply(
+                &mut v,
+                &[-omega * omega * u * 3.0],
+                std::iter::once(1.0 / 3.0),
+            );
             u += step * v[0];
         }
         // u = exp(−αt/2) cos ω't solves the damped oscillator with u(0) = 1, v(0) = −α/2.
@@ -77,7 +120,7 @@ mod tests {
             let step = factor * stable_step(lambda);
             let (mut u, mut v) = (1.0f64, [0.0]);
             for n in 0..2000 {
-                let kick = Kick { step: if n == 0 { 0.5 * step } else { step }, damping: 0.0 };
+                let kick = Kick { step: if n == 0 { 0.5 * step } else { step }, damping: 0.0, local: 0.0 };
                 kick.apply(&mut v, &[-lambda * u], std::iter::once(1.0));
                 u += step * v[0];
             }

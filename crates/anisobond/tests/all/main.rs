@@ -7,6 +7,7 @@ mod calibration;
 mod closed_forms;
 mod conventions;
 mod corrected;
+mod damping;
 mod element_test;
 mod equilibrium;
 mod examples;

@@ -246,7 +246,6 @@ fn row(law: Arc<dyn BondLaw>, last: f64, steps: usize) -> PackingProblem {
         conditions: vec![held(0, 0.0), held(2, last)],
         initial_velocity: vec![],
         schedule: Schedule::equilibrium(steps),
-        local_damping: 0.0,
         servo: None,
         probes: vec![],
         output: OutputPlan::default(),
@@ -351,7 +350,9 @@ fn what_packings_at_rest_cannot_do_is_refused() {
             *history = History::Constant;
         }
     }
-    let Schedule::Motion { duration, step, safety, damping, force_step, .. } = Schedule::motion(1e-3) else { panic!() };
-    starts.schedule = Schedule::Motion { duration, step, safety, damping, force_step, from_equilibrium: true };
+    starts.schedule = Schedule::motion(1e-3);
+    if let Schedule::Motion { from_equilibrium, .. } = &mut starts.schedule {
+        *from_equilibrium = true;
+    }
     assert!(refused(starts).contains("breaks in its equilibrium at the start: 1 bonds"));
 }

@@ -163,10 +163,10 @@ impl CaseFile {
         }
         let text = |key: &str| root.get(key).map(|v| v.text().map(str::to_string)).transpose();
         let stem = || Path::new(file).file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
-        let schedule = schedule::schedule(&root)?;
         let grid = root.get("grid").map(|v| grid(v, &shapes)).transpose()?;
         let packing = packing::statement(&root, &shapes)?;
         let lattice = lattice_kind(&root, grid.is_some(), packing.is_some())?;
+        let schedule = schedule::schedule(&root, lattice)?;
         let body = root.get("body").map(|v| Ok((v.spot(), shapes.solid(&v)?))).transpose()?;
         if body.is_none() && lattice == LatticeKind::Grid {
             root.need("body", "body = { box = { size = \"100, 40, 10 mm\" } }")?;

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::LatticeKind;
 use super::loads::{ConditionStatement, Names, Place, Where};
 use super::matter::name_of;
 use super::section::{Section, Value};
@@ -31,7 +32,7 @@ const MOST_FRAMES: usize = 1_000_000;
 const MOST_PROBES: usize = 10_000;
 
 /// `[motion]` or `[equilibrium]`.
-pub(super) fn schedule(root: &Section) -> Result<Schedule> {
+pub(super) fn schedule(root: &Section, lattice: LatticeKind) -> Result<Schedule> {
     let example = "[motion] with duration = \"1 ms\", or [equilibrium]";
     let Some((form, value)) = root.only(&["motion", "equilibrium"])? else {
         return Err(root.spot().wrong("the case neither moves nor rests", format!("add {example}")));
@@ -45,7 +46,8 @@ pub(super) fn schedule(root: &Section) -> Result<Schedule> {
             relaxation: truth(&table, "relaxation")?,
         });
     }
-    let table = value.section(&["duration", "step", "safety", "damping", "force_step", "from_equilibrium"])?;
+    let table =
+        value.section(&["duration", "step", "safety", "damping", "local_damping", "force_step", "from_equilibrium"])?;
     let duration = table.need("duration", "duration = \"1 ms\"")?.positive_quantity(Dimension::Time)?;
     let step = table.get("step").map(|v| v.positive_quantity(Dimension::Time)).transpose()?;
     if let Some(value) = table.get("step").filter(|_| step.is_some_and(|s| s > duration)) {
@@ -67,9 +69,34 @@ pub(super) fn schedule(root: &Section) -> Result<Schedule> {
         step,
         safety: table.get("safety").map(|v| part(&v)).transpose()?.unwrap_or(0.9),
         damping,
+        local_damping: local_damping(root, &table, lattice)?,
         force_step: truth(&table, "force_step")?,
         from_equilibrium: truth(&table, "from_equilibrium")?,
     })
+}
+
+/// `motion.local_damping`, or as it was called on packings, `packing.local_damping`.
+fn local_damping(root: &Section, motion: &Section, lattice: LatticeKind) -> Result<f64> {
+    let own = motion.get("local_damping");
+    let of_packing = match root.get("packing").filter(|_| lattice == LatticeKind::Packing) {
+        Some(packing) => packing.table(&["local_damping"])?.get("local_damping"),
+        None => None,
+    };
+    let value = match (own, of_packing) {
+        (Some(_), Some(value)) => {
+            return Err(
+                value.wrong("local damping is given twice", "keep motion.local_damping, which is for both lattices")
+            );
+        }
+        (own, of_packing) => own.or(of_packing),
+    };
+    match value.map(|v| (v.number(), v)) {
+        None => Ok(0.0),
+        Some((number, v)) => match number? {
+            x if (0.0..1.0).contains(&x) => Ok(x),
+            x => Err(v.wrong(format!("local damping {x} is out of range"), "give at least 0 and below 1")),
+        },
+    }
 }
 
 fn truth(table: &Section, key: &str) -> Result<bool> {

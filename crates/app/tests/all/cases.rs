@@ -33,6 +33,7 @@ fn a_block_is_its_nodes() {
             step: None,
             safety: 0.9,
             damping: 0.0,
+            local_damping: 0.0,
             force_step: false,
             from_equilibrium: false
         }

@@ -145,7 +145,11 @@ const PACKING: [Spoiled<PackingProblem>; 12] = [
     ("there is no sphere 100000", |p| p.conditions.push(still(100_000, 0.0))),
     ("2 forces for 1 spheres", |p| p.conditions.push(force(vec![0], vec![Vector3::x(); 2], History::Constant))),
     ("the probe has no spheres", |p| p.probes.push(probe("p", vec![]))),
-    ("local damping 1", |p| p.local_damping = 1.0),
+    ("local damping 1", |p| {
+        if let Schedule::Motion { local_damping, .. } = &mut p.schedule {
+            *local_damping = 1.0;
+        }
+    }),
     ("a stress, rate or moment is no number", |p| {
         let drives = [CellDrive::Rate(f64::NAN); 6];
         p.servo = Some(ServoPlan { drives, gain: 1.0, fastest: 1.0 });

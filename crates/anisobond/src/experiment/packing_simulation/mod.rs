@@ -330,11 +330,10 @@ fn motion(problem: &PackingProblem, loading: &Loading, joined: &Joined, look: St
 
 /// How a problem's spheres are moved, without a servo.
 fn plan(problem: &PackingProblem) -> Result<MotionPlan> {
-    let Schedule::Motion { step, safety, force_step, damping, .. } = problem.schedule else {
+    let Schedule::Motion { step, safety, force_step, damping, local_damping: local, .. } = problem.schedule else {
         return Err(Error::input("equilibrium has no time step", "give a duration"));
     };
-    let (local, origin) = (problem.local_damping, problem.origin);
-    Ok(MotionPlan { step, safety, force_step, viscous: damping, local, servo: None, origin })
+    Ok(MotionPlan { step, safety, force_step, viscous: damping, local, servo: None, origin: problem.origin })
 }
 
 /// The servo that drives a problem's cell, if any.
@@ -355,8 +354,9 @@ fn servo(problem: &PackingProblem) -> Result<Option<Servo>> {
 
 /// The largest stable step and the one used.
 fn step_of(problem: &PackingProblem, particles: &Particles) -> Result<StepEvidence> {
-    let stable = damped_step(particles, problem.local_damping)?;
-    Ok(StepEvidence { step: checked_step(&plan(problem)?, stable)?, stable })
+    let plan = plan(problem)?;
+    let stable = damped_step(particles, plan.local)?;
+    Ok(StepEvidence { step: checked_step(&plan, stable)?, stable })
 }
 
 /// The box of a body's start, with room around it; endless along periodic axes.

@@ -37,8 +37,6 @@ pub struct PackingProblem {
     pub initial_velocity: Vec<(Vec<u32>, Vector3<f64>)>,
     /// Motion or equilibrium.
     pub schedule: Schedule,
-    /// Local damping λ (–), 0 ≤ λ < 1.
-    pub local_damping: f64,
     /// What drives the cell of a body periodic along all axes; `None`: it keeps its shape.
     pub servo: Option<ServoPlan>,
     /// Series in time.

@@ -43,8 +43,8 @@ use super::outcome::{Outcome, StepLook};
 use super::problem::{Problem, Schedule};
 use crate::operator::grid::{FailingBonds, GridBonds, Padded};
 use crate::operator::{Kinematics, VectorField};
-use crate::solver::Stopping;
 use crate::solver::grid::Method;
+use crate::solver::{Stopping, damped_step, stable_step};
 use crate::tensor::Stiffness;
 use crate::{Error, Result};
 
@@ -537,11 +537,11 @@ pub(super) fn drift_warning(ledger: &Ledger, motion: bool) -> Option<String> {
 
 /// The largest stable step and the one used.
 fn time_step(problem: &Problem, bonds: &GridBonds<f64>) -> Result<StepEvidence> {
-    let Schedule::Motion { step, safety, force_step, .. } = problem.schedule else {
+    let Schedule::Motion { step, safety, force_step, local_damping, .. } = problem.schedule else {
         return Err(Error::input("equilibrium has no time step", "give a duration"));
     };
     let densities: Vec<f64> = problem.regions.iter().map(|r| r.density).collect();
-    let stable = crate::solver::stable_step(bonds.eigenvalue_bound(&densities)?);
+    let stable = damped_step(stable_step(bonds.eigenvalue_bound(&densities)?), local_damping);
     let step = step.unwrap_or(safety * stable);
     if step > stable && !force_step {
         return Err(Error::input(
@@ -569,9 +569,10 @@ fn statics_of(schedule: &Schedule) -> Statics {
     }
 }
 
-fn damping_of(schedule: &Schedule) -> f64 {
+/// Viscous (1/s) and local damping (–).
+fn damping_of(schedule: &Schedule) -> [f64; 2] {
     match *schedule {
-        Schedule::Motion { damping, .. } => damping,
-        Schedule::Equilibrium { .. } => 0.0,
+        Schedule::Motion { damping, local_damping, .. } => [damping, local_damping],
+        Schedule::Equilibrium { .. } => [0.0; 2],
     }
 }

@@ -20,8 +20,8 @@ pub(super) struct Motion {
     per_mass: Vec<f64>,
     /// Time step (s).
     pub(super) step: f64,
-    /// Damping α (1/s).
-    damping: f64,
+    /// Viscous α (1/s) and local damping λ (–).
+    damping: [f64; 2],
 }
 
 /// What one pass over the body moves.
@@ -67,7 +67,7 @@ struct Loaded {
 type RowSums = [f64; 6];
 
 impl Motion {
-    pub(super) fn new(problem: &Problem, velocity: VectorField, step: f64, damping: f64) -> Self {
+    pub(super) fn new(problem: &Problem, velocity: VectorField, step: f64, damping: [f64; 2]) -> Self {
         let volume = problem.body.grid.spacing.powi(3);
         let per_mass = std::iter::once(0.0).chain(problem.regions.iter().map(|r| 1.0 / (r.density * volume))).collect();
         Motion { behind: velocity.clone(), velocity, per_mass, step, damping }
@@ -100,7 +100,7 @@ impl Motion {
         let mut failure = bonds.follow(u, kinematics, way_behind, 0.0)?;
         let row = RowKick {
             loading,
-            kick: Kick { step: span, damping: self.damping },
+            kick: Kick { step: span, damping: self.damping[0], local: self.damping[1] },
             per_mass: &self.per_mass,
             step: self.step,
             u,
@@ -128,6 +128,13 @@ impl Motion {
         reactions.note(rows.into_iter().flat_map(|(_, held)| held));
         Ok(Pass { kinetic, external, external_ahead, damping, damping_ahead, strain, failure, nodal_strain })
     }
+}
+
+/// Forces of bonds and loads (N) on a row's nodes along an axis.
+fn acting(force: &[f64], loaded: &[Loaded], axis: usize) -> Vec<f64> {
+    let mut all = force.to_vec();
+    loaded.iter().for_each(|load| all[load.element] += load.force[axis]);
+    all
 }
 
 /// What all rows of a pass share.
@@ -167,6 +174,9 @@ impl RowKick<'_> {
                 velocity[load.element] += self.kick.push(*force, per_mass);
             }
         }
+        if self.kick.local > 0.0 {
+            self.drag(region, force, &loaded, before, &mut velocity);
+        }
         held.iter().for_each(|h| velocity[h.axis][h.element] = h.after);
 
         let mut sums = [0.0; 6];
@@ -182,7 +192,56 @@ impl RowKick<'_> {
             work(h.element, h.axis, self.reaction(h, region, force, &loaded));
         }
         self.add_energies(&mut sums, first, region, force, before, &velocity);
+        if self.kick.local > 0.0 {
+            self.add_drag(&mut sums, region, force, (&loaded, &held), before, &velocity);
+        }
         sums
+    }
+
+    /// Slow the velocities of a row by local damping.
+    fn drag(
+        &self,
+        region: &[u16],
+        force: [&[f64]; 3],
+        loaded: &[Loaded],
+        before: [&[f64]; 3],
+        velocity: &mut [&mut [f64]; 3],
+    ) {
+        let first = self.kick.step != self.step;
+        for axis in 0..3 {
+            let acting = acting(force[axis], loaded, axis);
+            for (e, &r) in region.iter().enumerate().filter(|(_, r)| **r > 0) {
+                let per_mass = self.per_mass[usize::from(r)];
+                let drag = self.kick.drag(first, before[axis][e], acting[e], 1.0 / per_mass);
+                velocity[axis][e] -= self.kick.push(drag, per_mass);
+            }
+        }
+    }
+
+    /// Loss to local damping: the force that free components lack for their change of velocity.
+    fn add_drag(
+        &self,
+        sums: &mut RowSums,
+        region: &[u16],
+        force: [&[f64]; 3],
+        (loaded, held): (&[Loaded], &[Held]),
+        before: [&[f64]; 3],
+        velocity: &[&mut [f64]; 3],
+    ) {
+        let (keep, push) = self.kick.factors();
+        for axis in 0..3 {
+            let acting = acting(force[axis], loaded, axis);
+            for (e, &r) in region.iter().enumerate().filter(|(_, r)| **r > 0) {
+                if held.iter().any(|h| h.axis == axis && h.element == e) {
+                    continue;
+                }
+                let mass = 1.0 / self.per_mass[usize::from(r)];
+                let drag = acting[e] - mass * (velocity[axis][e] - keep * before[axis][e]) / push;
+                let (behind, ahead) = self.around(before[axis][e], velocity[axis][e]);
+                sums[2] += 0.5 * self.step * drag * behind;
+                sums[3] += 0.5 * self.step * drag * ahead;
+            }
+        }
     }
 
     /// Velocities half a step before and after. The first kick is from the start: v₋ is what leads to v₊ through it.

@@ -7,6 +7,7 @@
 use super::{Simulation, Stage, StepEvidence};
 use crate::experiment::problem::Schedule;
 use crate::operator::Kinematics;
+use crate::solver::{damped_step, stable_step};
 use crate::{Error, Result};
 
 /// Growth of the largest ‖E‖ of a node (–) from which on the step is looked at again.
@@ -21,7 +22,7 @@ impl Simulation {
         let time = self.time();
         let Stage::Motion { evidence, last, .. } = &mut self.stage else { return Ok(()) };
         let strain = last.nodal_strain;
-        let forced = matches!(self.problem.schedule, Schedule::Motion { force_step: true, .. });
+        let Schedule::Motion { force_step: forced, local_damping, .. } = self.problem.schedule else { return Ok(()) };
         if forced
             || self.problem.kinematics != Kinematics::Finite
             || strain.is_nan()
@@ -31,7 +32,7 @@ impl Simulation {
         }
         self.looked_at = strain;
         let densities: Vec<f64> = self.problem.regions.iter().map(|r| r.density).collect();
-        let stable = crate::solver::stable_step(self.bonds.tangent_bound(&self.u.get(), &densities)?);
+        let stable = damped_step(stable_step(self.bonds.tangent_bound(&self.u.get(), &densities)?), local_damping);
         let StepEvidence { step, .. } = *evidence;
         evidence.stable = evidence.stable.min(stable);
         if step <= stable {

@@ -50,15 +50,12 @@ pub fn largest_squared_frequency(particles: &Particles) -> Result<f64> {
     }))
 }
 
-/// The largest step (s) that local damping λ damps at: the stable one of undamped motion over √(1 + λ).
-///
-/// Between this and the stable step the motion stays bounded, but a mode of frequency ω ≥ 2/h√(1 + λ) may swing for ever: from
-/// −u to u and back in one step each, v̄ = 0 at both ends, as h ω² u is within (1 ± λ) of the change of velocity that turns it.
+/// The largest step (s) that local damping λ damps at: [`crate::solver::damped_step`] of the stable one.
 ///
 /// # Errors
 /// What [`BondList::new`] refuses.
 pub fn damped_step(particles: &Particles, local: f64) -> Result<f64> {
-    Ok(stable_step(particles)? / (1.0 + local).sqrt())
+    Ok(crate::solver::damped_step(stable_step(particles)?, local))
 }
 
 /// The largest stable step (s) of undamped linear motion, 2/√λ: a lower bound of it.

@@ -4,11 +4,7 @@
 //! same about every axis), R ← exp(h ω₊) R. Forces that come in opposite pairs and balance their moments keep momentum and
 //! angular momentum Σ x×m v + I ω to rounding.
 //!
-//! Damping acts on the mean v̄ = (v₊ + v₋)/2 of both velocities: m (v₊ − v₋)/h = F − α m v̄ − λ|F| sgn v̄, α viscous, λ local
-//! (Cundall 1987, component by component). Like dry friction it is found together with v̄: where v₋ + h F/2m is below
-//! h λ|F|/2m in magnitude, v̄ = 0 and the drag is what holds it there. So no kick gains energy from damping,
-//! −h v̄ (α m v̄ + λ|F| sgn v̄) ≤ 0, and ½ m v₊² + ½ uₙ·K uₙ₊₁ of linear bonds, positive below the stable step, never grows: the
-//! motion is stable for every λ < 1. Held components are not damped locally.
+//! Damping, viscous and local, is that of `solver::motion`, component by component of forces and moments.
 
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
@@ -129,7 +125,7 @@ impl Verlet {
                 load.moment[i] += s.load[1][i];
             }
         }
-        let kick = Kick { step: span, damping: self.viscous };
+        let kick = Kick { step: span, damping: self.viscous, local: self.local };
         let whole = if span == self.step { 1.0 } else { 0.0 };
         let pieces: Vec<(Work, Option<(usize, f64)>)> = state
             .velocity
@@ -185,7 +181,7 @@ impl Verlet {
         let mut kinetic = 0.0;
         for i in 0..3 {
             let before = v[i];
-            let drag = if self.local > 0.0 { self.drag(kick, whole, before, force[i], mass) } else { 0.0 };
+            let drag = if self.local > 0.0 { kick.drag(whole == 0.0, before, force[i], mass) } else { 0.0 };
             let after = keep * before + gain * (force[i] - drag);
             v[i] = after;
             let behind = behind(whole, before, after);
@@ -197,18 +193,6 @@ impl Verlet {
             }
         }
         kinetic
-    }
-
-    /// Local drag λ|F| sgn v̄ (N) on a component, or what makes v̄ = 0 where that is less.
-    ///
-    /// v̄ (1 + α h/2) = v₋ + h (F − drag)/2m; at the first kick v̄ is the velocity at the start.
-    #[inline(always)]
-    fn drag(&self, kick: &Kick, whole: f64, before: f64, force: f64, mass: f64) -> f64 {
-        let most = self.local * force.abs();
-        if whole == 0.0 {
-            return most * sign(before);
-        }
-        (force + 2.0 * mass / kick.step * before).max(-most).min(most)
     }
 
     /// Energy (J) that the drag and the viscous damping of a kick take in the halves of the steps behind and ahead.
@@ -232,7 +216,7 @@ impl Verlet {
                 if let Some(prescribed) = s.held[3 * kind + i] {
                     let (mass, damped) = (inertia[kind], v[i]);
                     let share = |after: f64| 0.5 * mass * behind(after) * after;
-                    let drag = self.drag(kick, whole, before, acting[kind][i], mass);
+                    let drag = kick.drag(whole == 0.0, before, acting[kind][i], mass);
                     let (_, per_force) = kick.factors();
                     let free = damped + drag * per_force / mass;
                     let kinetic = share(prescribed) - share(damped);
@@ -293,17 +277,6 @@ impl Verlet {
 #[inline(always)]
 fn behind(whole: f64, before: f64, after: f64) -> f64 {
     whole * before + (1.0 - whole) * (2.0 * before - after)
-}
-
-/// −1, 0 or 1.
-fn sign(x: f64) -> f64 {
-    if x > 0.0 {
-        1.0
-    } else if x < 0.0 {
-        -1.0
-    } else {
-        0.0
-    }
 }
 
 /// Spheres on which something acts, each once, in the order of their places.

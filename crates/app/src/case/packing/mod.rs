@@ -62,7 +62,6 @@ pub(super) struct PackingStatement {
     pub bonds: Model,
     pub correct: bool,
     pub rotations: Rotations,
-    pub local_damping: f64,
     pub strength: Option<StrengthStatement>,
     pub contact: Option<ContactStatement>,
     pub servo: Option<(Spot, ServoPlan)>,
@@ -105,14 +104,6 @@ pub(super) fn statement<'n>(root: &Section<'n>, shapes: &Shapes<'n>) -> Result<O
     }
     let rotations = [("free", Rotations::Free), ("blocked", Rotations::Blocked)];
     let models = [("micropolar", Model::Micropolar), ("central", Model::Central)];
-    let local = table.get("local_damping").map(|v| (v.number(), v));
-    let local_damping = match local {
-        None => 0.0,
-        Some((number, v)) => match number? {
-            x if (0.0..1.0).contains(&x) => x,
-            x => return Err(v.wrong(format!("local damping {x} is out of range"), "give at least 0 and below 1")),
-        },
-    };
     Ok(Some(PackingStatement {
         spot: table.spot(),
         source_spot,
@@ -123,7 +114,6 @@ pub(super) fn statement<'n>(root: &Section<'n>, shapes: &Shapes<'n>) -> Result<O
         bonds: table.get("bonds").map(|v| v.choice(&models)).transpose()?.unwrap_or(Model::Micropolar),
         correct: table.get("correct").map(|v| v.truth()).transpose()?.unwrap_or(false),
         rotations: table.get("rotations").map(|v| v.choice(&rotations)).transpose()?.unwrap_or(Rotations::Free),
-        local_damping,
         strength: root.get("strength").map(strength).transpose()?,
         contact: root.get("contact").map(contact).transpose()?,
         servo: root.get("servo").map(|v| Ok((v.spot(), servo(v, root)?))).transpose()?,

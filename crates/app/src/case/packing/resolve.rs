@@ -59,7 +59,6 @@ pub(super) fn problem(case: &CaseFile) -> Result<PackingProblem> {
         conditions,
         initial_velocity,
         schedule: case.schedule.clone(),
-        local_damping: p.local_damping,
         servo: p.servo.as_ref().map(|s| s.1.clone()),
         probes,
         output: case.output.clone(),
