@@ -6,6 +6,7 @@ mod matter;
 mod model;
 mod overrides;
 mod packing;
+mod parts;
 mod plan;
 mod resolve;
 mod schedule;

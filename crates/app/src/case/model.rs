@@ -33,6 +33,12 @@ pub(super) fn model(root: &Section, shapes: &Shapes) -> Result<ModelStatement> {
     let Some(value) = root.get("model") else { return Ok(model) };
     let table = value.section(&["bonds", "kinematics", "surface_calibration", "softening", "plastic"])?;
     if let Some(v) = table.get("bonds") {
+        if v.text().is_ok_and(|text| text == "micropolar") {
+            return Err(v.wrong(
+                "bonds with shear stiffness turn their ends, and nodes of a grid do not turn",
+                "use bonds = \"hybrid\", which reaches every stiffness, or a packing",
+            ));
+        }
         model.bonds = v.choice(&[("central", Model::Central), ("hybrid", Model::Hybrid)])?;
     }
     if let Some(v) = table.get("kinematics") {

@@ -5,22 +5,20 @@ use std::collections::HashMap;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
+use super::CaseFile;
 use super::loads::{ConditionStatement, Load, Place, Where};
-use super::matter::{Filling, Matter, Orientations, RegionStatement, axis_name};
+use super::matter::{Matter, RegionStatement, axis_name};
+use super::parts::{Parts, Sites};
 use super::plan::memory;
 use super::schedule::Target;
 use super::select::select;
 use super::surface_loads::{self, Traction};
-use super::{CaseFile, Spot};
 use anisobond::Result;
 use anisobond::experiment::{
     Condition, Crack, FractureEnergy, Probe, Problem, RegionMaterial, Schedule, refuse_beyond_memory,
 };
 use anisobond::lattice::solid::{self, Patch, Surface};
-use anisobond::lattice::{Body, Neighbourhood, Solid};
-
-/// A node on the border of two layers, within so many spacings, is in the lower one.
-const ON_BORDER: f64 = 1e-9;
+use anisobond::lattice::{Body, Neighbourhood};
 
 /// A body, and what its regions came from.
 pub(super) struct Filled {
@@ -98,35 +96,29 @@ fn filled(case: &CaseFile) -> Result<Filled> {
         return Err(spot.wrong("the body holds no node", "use a smaller spacing, or check its solids and units"));
     }
     let mut body = Body { region: inside.into_iter().map(u16::from).collect(), grid };
-    let sites = Sites {
-        called: "nodes",
-        number: body.region.len(),
-        has: &|i| body.has(i),
-        inside: &|shape| solid::inside(shape, &body.grid),
-        position: &|i| body.grid.position(i),
+    let statements = &case.regions;
+    let parts = Parts::new(statements)?;
+    let region = {
+        let period = |a: usize| body.grid.periodic[a].then(|| body.grid.nodes[a] as f64 * body.grid.spacing);
+        let sites = Sites {
+            called: "nodes",
+            number: body.region.len(),
+            has: &|i| body.has(i),
+            inside: &|shape| solid::inside(shape, &body.grid),
+            position: &|i| body.grid.position(i),
+            spacing: body.grid.spacing,
+            period: [0, 1, 2].map(period),
+            bottom: None,
+        };
+        parts.assigned(statements, &sites)?
     };
-    let owners = owners(&case.regions, &sites)?;
-    let mut materials = Vec::new();
-    let mut ranges = Vec::new();
-    for (n, statement) in case.regions.iter().enumerate() {
-        let nodes: Vec<u32> = (0..owners.len()).filter(|&i| owners[i] == n as u16 + 1).map(|i| i as u32).collect();
-        let first = materials.len();
-        let parts = divided(statement, &body, &nodes)?;
-        let (parts, part_of) = (parts.0, parts.1);
-        if first + parts.len() >= usize::from(u16::MAX) {
-            let problem = format!("there are more than {} regions", u16::MAX - 1);
-            return Err(statement.spot.wrong(problem, "use fewer grains or layers"));
-        }
-        for (i, &node) in nodes.iter().enumerate() {
-            body.region[node as usize] = (1 + first + usize::from(part_of[i])) as u16;
-        }
-        let many = parts.len() > 1;
-        for (part, matter) in parts.into_iter().enumerate() {
-            let name = if many { format!("{}-{}", statement.name, part + 1) } else { statement.name.clone() };
-            materials.push(region_material(case, statement, name, &matter)?);
-        }
-        ranges.push(first..materials.len());
-    }
+    body.region = region;
+    let Parts { parts, ranges } = parts;
+    let material = |(part, (name, matter)): (usize, (String, Matter))| {
+        let statement = ranges.iter().position(|range| range.contains(&part)).unwrap_or(0);
+        region_material(case, &statements[statement], name, &matter)
+    };
+    let materials = parts.into_iter().enumerate().map(material).collect::<Result<Vec<_>>>()?;
     Ok(Filled { body, materials, ranges })
 }
 
@@ -152,138 +144,6 @@ fn region_material(
         density: matter.density.unwrap_or(0.0),
         fracture: matter.turned_fracture(),
     })
-}
-
-/// What regions are laid over: the nodes of a grid, or spheres.
-pub(super) struct Sites<'a> {
-    /// "nodes" or "spheres".
-    pub called: &'a str,
-    pub number: usize,
-    /// Whether the body has it.
-    pub has: &'a dyn Fn(usize) -> bool,
-    /// Which are inside a solid.
-    pub inside: &'a dyn Fn(&Solid) -> Vec<bool>,
-    /// Where it is (m).
-    pub position: &'a dyn Fn(usize) -> Vector3<f64>,
-}
-
-/// Per site, 1 + the number of the region of the file that has it; 0 outside the body.
-pub(super) fn owners(regions: &[RegionStatement], sites: &Sites) -> Result<Vec<u16>> {
-    let mut owner = vec![0u16; sites.number];
-    for (n, region) in regions.iter().enumerate() {
-        let Some(shape) = &region.solid else { continue };
-        let within = (sites.inside)(shape);
-        let mine: Vec<usize> = (0..owner.len()).filter(|&i| within[i] && (sites.has)(i)).collect();
-        if mine.is_empty() {
-            return Err(empty_region(region, sites.called, "its solid holds none of the body's"));
-        }
-        let taken = mine.iter().filter(|&&i| owner[i] > 0).count();
-        if let Some(&first) = mine.iter().find(|&&i| owner[i] > 0).filter(|_| !region.over) {
-            let other = &regions[usize::from(owner[first]) - 1].name;
-            return Err(region.spot.wrong(
-                format!("region {:?} overlaps region {other:?} in {taken} {}", region.name, sites.called),
-                "make them disjoint, or write over = true in the later one to let it take them",
-            ));
-        }
-        mine.iter().for_each(|&i| owner[i] = n as u16 + 1);
-    }
-    let left = (0..owner.len()).filter(|&i| (sites.has)(i) && owner[i] == 0);
-    match regions.iter().position(|r| r.solid.is_none()) {
-        Some(rest) => {
-            let left: Vec<usize> = left.collect();
-            left.into_iter().for_each(|i| owner[i] = rest as u16 + 1);
-        }
-        None => {
-            let (count, first) = (left.clone().count(), left.clone().next());
-            if let (Some(first), Some(region)) = (first, regions.last()) {
-                let (x, called) = ((sites.position)(first), sites.called);
-                return Err(region.spot.wrong(
-                    format!(
-                        "{count} {called} of the body are in no region, the first at ({}, {}, {}) m",
-                        x.x, x.y, x.z
-                    ),
-                    "add a region without solid: it takes all the rest",
-                ));
-            }
-        }
-    }
-    let mut filled = vec![false; regions.len() + 1];
-    owner.iter().for_each(|&o| filled[usize::from(o)] = true);
-    match regions.iter().enumerate().find(|(n, _)| !filled[n + 1]) {
-        Some((_, region)) => Err(empty_region(region, sites.called, "other regions have all of its")),
-        None => Ok(owner),
-    }
-}
-
-fn empty_region(region: &RegionStatement, called: &str, why: &str) -> anisobond::Error {
-    let problem = format!("region {:?} has no {called}: {why}", region.name);
-    region.spot.wrong(problem, "check its solid and its units, or use a smaller spacing")
-}
-
-/// The matters of a region's parts, and the part of each of its nodes.
-fn divided(statement: &RegionStatement, body: &Body, nodes: &[u32]) -> Result<(Vec<Matter>, Vec<u16>)> {
-    match &statement.filling {
-        Filling::One(matter) => Ok((vec![matter.clone()], vec![0; nodes.len()])),
-        Filling::Grains { spot, number, seed, orientations, matter } => {
-            let grains = solid::grains(&body.grid, nodes, *number, *seed).map_err(|e| spot.at(e))?;
-            let rotations = match orientations {
-                // Another stream than that of the places.
-                Orientations::Random => solid::random_rotations(*number, !seed),
-                Orientations::Table(rows) => rows[..*number].to_vec(),
-            };
-            let turned = |r: &nalgebra::Matrix3<f64>| Matter { turn: r * matter.turn, ..matter.clone() };
-            Ok((rotations.iter().map(turned).collect(), grains.grain))
-        }
-        Filling::Layers { spot, axis, start, layers, repeat } => {
-            let thicknesses: Vec<f64> = layers.iter().map(|l| l.0).collect();
-            let part_of = layered(spot, body, nodes, *axis, *start, &thicknesses, *repeat)?;
-            Ok((layers.iter().map(|l| l.1.clone()).collect(), part_of))
-        }
-    }
-}
-
-/// Per node, its place in the layup.
-fn layered(
-    spot: &Spot,
-    body: &Body,
-    nodes: &[u32],
-    axis: usize,
-    start: Option<f64>,
-    layup: &[f64],
-    repeat: usize,
-) -> Result<Vec<u16>> {
-    let spacing = body.grid.spacing;
-    let height = |node: u32| body.grid.position(node as usize)[axis];
-    let lowest = nodes.iter().map(|&n| height(n)).fold(f64::INFINITY, f64::min);
-    let start = start.unwrap_or(lowest - 0.5 * spacing);
-    let mut tops = Vec::with_capacity(layup.len() * repeat);
-    let mut top = start;
-    for thickness in std::iter::repeat_n(layup, repeat).flatten() {
-        top += thickness;
-        tops.push(top);
-    }
-    let mut counts = vec![0usize; tops.len()];
-    let mut part_of = Vec::with_capacity(nodes.len());
-    for &node in nodes {
-        let z = height(node);
-        let layer = tops.partition_point(|&t| t < z - ON_BORDER * spacing);
-        if z < start - ON_BORDER * spacing || layer == tops.len() {
-            let name = axis_name(axis);
-            return Err(spot.wrong(
-                format!("the layers reach from {name} = {start} m to {top} m, but the region has a node at {z} m"),
-                "add layers, repeat them, or set start",
-            ));
-        }
-        counts[layer] += 1;
-        part_of.push((layer % layup.len()) as u16);
-    }
-    if let Some(empty) = counts.iter().position(|&c| c == 0) {
-        return Err(spot.wrong(
-            format!("layer {} of {} holds no node", empty + 1, tops.len()),
-            "use a smaller spacing or fewer layers: a layer needs at least one spacing",
-        ));
-    }
-    Ok(part_of)
 }
 
 /// Refuses two conditions that prescribe the same component of a node, unless they say the same.

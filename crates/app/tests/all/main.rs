@@ -6,6 +6,7 @@ mod given;
 
 mod bodies;
 mod bond_laws;
+mod capabilities;
 mod case_errors;
 mod case_files;
 mod cases;
@@ -20,6 +21,7 @@ mod large_motion;
 mod outcomes;
 mod packing;
 mod packing_laws;
+mod packing_regions;
 mod peers;
 mod reading;
 mod reading_errors;

@@ -3,67 +3,70 @@
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
-use crate::lattice::Grid;
 use crate::lattice::generate::Stream;
 use crate::{Error, Result};
 
-/// Nodes divided among grains.
+/// Nodes or spheres divided among grains.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grains {
     /// Points whose Voronoi cells the grains are (m).
     pub seeds: Vec<Vector3<f64>>,
-    /// Per node given, its grain.
+    /// Per site, its grain.
     pub grain: Vec<u16>,
 }
 
-/// Divide nodes among the Voronoi cells of as many random points, each in the cell of a node taken at random; distances
-/// go through periodic faces. Equal seeds give equal grains.
+/// Divide sites among the Voronoi cells of as many random points, each within half of `spacing` (m) along every axis of a site taken
+/// at random; distances go through faces where there is a `period` (m). Equal seeds give equal grains.
 ///
 /// # Errors
-/// No grain, or more than nodes or than 65 534; a grain that no node is in.
-pub fn grains(grid: &Grid, nodes: &[u32], number: usize, seed: u64) -> Result<Grains> {
-    if number == 0 || number > nodes.len() || number > usize::from(u16::MAX) - 1 {
+/// No grain, or more than sites or than 65 534; a grain that no site is in.
+pub fn grains(
+    sites: &[Vector3<f64>],
+    spacing: f64,
+    period: [Option<f64>; 3],
+    number: usize,
+    seed: u64,
+) -> Result<Grains> {
+    if number == 0 || number > sites.len() || number > usize::from(u16::MAX) - 1 {
         return Err(Error::input(
-            format!("{number} grains of {} nodes are not possible", nodes.len()),
-            "give at least one grain, at most as many as nodes, and at most 65534",
+            format!("{number} grains of {} nodes or spheres are not possible", sites.len()),
+            "give at least one grain, at most as many as there are, and at most 65534",
         ));
     }
     let mut stream = Stream::new(seed);
     let seeds: Vec<Vector3<f64>> = (0..number)
         .map(|_| {
-            let node = nodes[((stream.unit() * nodes.len() as f64) as usize).min(nodes.len() - 1)];
+            let site = sites[((stream.unit() * sites.len() as f64) as usize).min(sites.len() - 1)];
             let within = Vector3::from_fn(|_, _| 0.5 * stream.signed());
-            grid.position(node as usize) + within * grid.spacing
+            site + within * spacing
         })
         .collect();
-    let period = Vector3::from_fn(|a, _| grid.nodes[a] as f64 * grid.spacing);
     let squared = |x: &Vector3<f64>, seed: &Vector3<f64>| {
         let mut d = x - seed;
         for a in 0..3 {
-            if grid.periodic[a] {
-                d[a] -= period[a] * (d[a] / period[a]).round();
+            if let Some(period) = period[a] {
+                d[a] -= period * (d[a] / period).round();
             }
         }
         d.norm_squared()
     };
-    let nearest = |&node: &u32| {
-        let x = grid.position(node as usize);
+    let nearest = |x: &Vector3<f64>| {
         let mut best = (f64::INFINITY, 0);
         for (n, seed) in seeds.iter().enumerate() {
-            let d = squared(&x, seed);
+            let d = squared(x, seed);
             if d < best.0 {
                 best = (d, n as u16);
             }
         }
         best.1
     };
-    let grain: Vec<u16> = nodes.par_iter().map(nearest).collect();
+    let grain: Vec<u16> = sites.par_iter().map(nearest).collect();
     let mut filled = vec![false; number];
     grain.iter().for_each(|&g| filled[usize::from(g)] = true);
     if let Some(empty) = filled.iter().position(|f| !f) {
         return Err(Error::input(
-            format!("grain {} of {number} holds no node", empty + 1),
-            "use fewer grains, a smaller spacing, or another seed",
+            format!("grain {} of {number} holds no node or sphere", empty + 1),
+            "use fewer grains, more nodes or spheres, or another seed",
         ));
     }
     Ok(Grains { seeds, grain })
@@ -85,17 +88,20 @@ pub fn random_rotations(number: usize, seed: u64) -> Vec<Matrix3<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lattice::Grid;
 
     #[test]
     fn grains_are_repeatable_and_nearest() {
         let grid = Grid::new([12, 10, 8], 0.5, Vector3::zeros(), [true, false, true]).unwrap();
-        let nodes: Vec<u32> = (0..grid.len() as u32).collect();
-        let a = grains(&grid, &nodes, 7, 3).unwrap();
-        assert_eq!(a, grains(&grid, &nodes, 7, 3).unwrap());
-        assert_ne!(a, grains(&grid, &nodes, 7, 4).unwrap());
+        let nodes: Vec<usize> = (0..grid.len()).collect();
+        let sites: Vec<Vector3<f64>> = nodes.iter().map(|&node| grid.position(node)).collect();
+        let cells = |number: usize, seed: u64| grains(&sites, 0.5, [Some(6.0), None, Some(4.0)], number, seed);
+        let a = cells(7, 3).unwrap();
+        assert_eq!(a, cells(7, 3).unwrap());
+        assert_ne!(a, cells(7, 4).unwrap());
         // Naive twin: images written out.
         for &n in nodes.iter().step_by(37) {
-            let x = grid.position(n as usize);
+            let x = grid.position(n);
             let distance = |s: &Vector3<f64>| {
                 let image = |i: i32, k: i32| s + Vector3::new(6.0 * f64::from(i), 0.0, 4.0 * f64::from(k));
                 (-1..=1)
@@ -103,10 +109,10 @@ mod tests {
                     .map(|(i, k)| (x - image(i, k)).norm())
                     .fold(9e9, f64::min)
             };
-            let own = distance(&a.seeds[usize::from(a.grain[n as usize])]);
+            let own = distance(&a.seeds[usize::from(a.grain[n])]);
             assert!(a.seeds.iter().all(|s| distance(s) >= own - 1e-12));
         }
-        assert!(grains(&grid, &nodes[..3], 4, 0).is_err() && grains(&grid, &nodes, 0, 0).is_err());
+        assert!(grains(&sites[..3], 0.5, [None; 3], 4, 0).is_err() && cells(0, 0).is_err());
     }
 
     /// The mean of R over all orientations is 0, that of each squared entry 1/3.

@@ -1,10 +1,12 @@
 //! The spheres of a case: a periodic packing with its calibrated bonds, tiled and cut to the body.
 
+use std::ops::Range;
+
 use nalgebra::Vector3;
 
 use super::{PackingStatement, Source};
-use crate::case::matter::RegionStatement;
-use crate::case::resolve::{Sites, owners};
+use crate::case::matter::Matter;
+use crate::case::parts::{Parts, Sites};
 use crate::case::{CaseFile, Spot};
 use anisobond::experiment::element_test::ElementTest;
 use anisobond::experiment::{CorrectionChoice, LatticePlan, LatticeStudy, PackingEvidence, anisotropy_axis};
@@ -28,8 +30,10 @@ pub(super) struct Spheres {
     pub bonds: Vec<StiffBond>,
     /// Volume of rock that each stands for (m³).
     pub volumes: Vec<f64>,
-    /// Number of the region of the file that has each, from 0.
+    /// Number of the part that has each, from 0.
     pub region: Vec<u16>,
+    /// Per region of the file, the numbers of its parts.
+    pub ranges: Vec<Range<usize>>,
     /// Origin of the packing's coordinates in those of the case (m).
     pub origin: Vector3<f64>,
     pub periodic: [bool; 3],
@@ -37,7 +41,7 @@ pub(super) struct Spheres {
     pub shape: Option<Solid>,
     /// The box around it, along periodic axes the cell (m).
     pub bounds: [Vector3<f64>; 2],
-    /// Of every region of the file.
+    /// Of every part.
     pub evidence: Vec<PackingEvidence>,
 }
 
@@ -73,17 +77,18 @@ pub(super) fn packing(p: &PackingStatement) -> Result<Packing> {
     Ok(packing)
 }
 
-/// The spheres of a case, bonded for the stiffness (Pa) of each region.
-pub(super) fn spheres(case: &CaseFile, p: &PackingStatement, stiffness: &[Stiffness]) -> Result<Spheres> {
+/// The spheres of a case, bonded for the stiffness of each of its parts.
+pub(super) fn spheres(case: &CaseFile, p: &PackingStatement, parts: &Parts) -> Result<Spheres> {
     let packing = packing(p)?;
     let frame = Frame::new(case, p, &packing.cell().unwrap_or_else(Vector3::zeros))?;
     // The same contacts with the stiffnesses of one region and of another.
-    let named = |(region, stiffness): (&RegionStatement, _)| {
-        study(packing.clone(), p, stiffness)
-            .map_err(|e| if case.regions.len() > 1 { e.at(format!("region {:?}", region.name)) } else { e })
+    let many = parts.parts.len() > 1;
+    let named = |(name, matter): &(String, Matter)| {
+        study(packing.clone(), p, &matter.turned_stiffness())
+            .map_err(|e| if many { e.at(format!("region {name:?}")) } else { e })
     };
-    let studies = case.regions.iter().zip(stiffness).map(named).collect::<Result<Vec<_>>>()?;
-    cut(case, &studies, &frame, p)
+    let studies = parts.parts.iter().map(named).collect::<Result<Vec<_>>>()?;
+    cut(case, (parts, &studies), &frame, p)
 }
 
 /// The lattice of the packing, calibrated.
@@ -152,21 +157,36 @@ impl Frame {
     }
 }
 
-/// Which region of the file each sphere at a place (m) belongs to.
-fn regions(case: &CaseFile, places: &[Vector3<f64>]) -> Result<Vec<u16>> {
+/// Which part each sphere at a place (m) belongs to, from 0.
+fn regions(
+    case: &CaseFile,
+    parts: &Parts,
+    places: &[Vector3<f64>],
+    frame: &Frame,
+    (spacing, periodic): (f64, [bool; 3]),
+) -> Result<Vec<u16>> {
+    let [low, high] = frame.bounds;
     let sites = Sites {
         called: "spheres",
         number: places.len(),
         has: &|_| true,
         inside: &|shape| places.iter().map(|x| shape.contains(x, 0.0)).collect(),
         position: &|i| places[i],
+        spacing,
+        period: [0, 1, 2].map(|a| periodic[a].then(|| high[a] - low[a])),
+        bottom: Some(low),
     };
-    Ok(owners(&case.regions, &sites)?.into_iter().map(|owner| owner - 1).collect())
+    Ok(parts.assigned(&case.regions, &sites)?.into_iter().map(|part| part - 1).collect())
 }
 
 /// Tiles the lattice and keeps what is in the body: spheres whose centres are inside, bonds between them. A bond between
 /// two regions has the mean of their stiffnesses.
-fn cut(case: &CaseFile, studies: &[LatticeStudy], frame: &Frame, p: &PackingStatement) -> Result<Spheres> {
+fn cut(
+    case: &CaseFile,
+    (parts, studies): (&Parts, &[LatticeStudy]),
+    frame: &Frame,
+    p: &PackingStatement,
+) -> Result<Spheres> {
     let study = &studies[0];
     let packing = &study.lattice.packing;
     let edges = packing.cell().unwrap_or_else(Vector3::zeros);
@@ -200,7 +220,8 @@ fn cut(case: &CaseFile, studies: &[LatticeStudy], frame: &Frame, p: &PackingStat
         return Err(spot.wrong("the body holds no sphere", "use smaller spheres, or check its solids and units"));
     }
     let places: Vec<Vector3<f64>> = centres.iter().map(|x| x + frame.origin).collect();
-    let region = regions(case, &places)?;
+    let mean = radii.iter().sum::<f64>() / radii.len() as f64;
+    let region = regions(case, parts, &places, frame, (2.0 * mean, p.periodic))?;
     let stiffness = |end: u32, contact: usize| {
         let own = &studies[usize::from(region[end as usize])].stiffness;
         [own.normal[contact], own.tangential[contact]]
@@ -244,12 +265,13 @@ fn cut(case: &CaseFile, studies: &[LatticeStudy], frame: &Frame, p: &PackingStat
         }
     };
     let lift = Vector3::new(lift(0), lift(1), lift(2));
-    let evidence = case.regions.iter().zip(studies).map(|(region, study)| evidence(&region.name, study, p));
+    let evidence = parts.parts.iter().zip(studies).map(|((name, _), study)| evidence(name, study, p));
     Ok(Spheres {
         packing: Packing::new(cell, centres.into_iter().map(|x| x + lift).collect(), radii)?,
         bonds,
         volumes,
         region,
+        ranges: parts.ranges.clone(),
         origin: frame.origin - lift,
         periodic: p.periodic,
         shape: frame.shape.as_ref().map(|s| s.1.clone()),

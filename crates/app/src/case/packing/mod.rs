@@ -104,6 +104,12 @@ pub(super) fn statement<'n>(root: &Section<'n>, shapes: &Shapes<'n>) -> Result<O
     }
     let rotations = [("free", Rotations::Free), ("blocked", Rotations::Blocked)];
     let models = [("micropolar", Model::Micropolar), ("central", Model::Central)];
+    if let Some(v) = table.get("bonds").filter(|v| v.text().is_ok_and(|text| text == "hybrid")) {
+        return Err(v.wrong(
+            "hybrid bonds need a nodal term, which runs of packings do not have yet",
+            "use micropolar bonds, with correct = true where they miss the material, or a grid",
+        ));
+    }
     Ok(Some(PackingStatement {
         spot: table.spot(),
         source_spot,

@@ -7,7 +7,8 @@ use super::select::{select, surface};
 use super::{ContactStatement, PackingStatement};
 use crate::case::CaseFile;
 use crate::case::loads::{ConditionStatement, Load, Where};
-use crate::case::matter::{Filling, Matter, RegionStatement};
+use crate::case::matter::Matter;
+use crate::case::parts::Parts;
 use crate::case::resolve::refuse_contradictions;
 use crate::case::schedule::Target;
 use crate::case::surface_loads::{self, Traction};
@@ -24,10 +25,9 @@ const USUAL_RATIO: f64 = 0.5;
 /// The problem on the packing of a case.
 pub(super) fn problem(case: &CaseFile) -> Result<PackingProblem> {
     let p = statement(case)?;
-    let matters = matters(case)?;
-    let density = matters.iter().map(|matter| density(case, matter)).collect::<Result<Vec<f64>>>()?;
-    let stiffness: Vec<Stiffness> = matters.iter().map(|matter| matter.turned_stiffness()).collect();
-    let body = spheres(case, p, &stiffness)?;
+    let parts = Parts::new(&case.regions)?;
+    let density = parts.parts.iter().map(|(_, matter)| density(case, matter)).collect::<Result<Vec<f64>>>()?;
+    let body = spheres(case, p, &parts)?;
     let nodes: Vec<Vec<u32>> = case.conditions.iter().map(|c| select(case, &body, &c.on)).collect::<Result<_>>()?;
     refuse_contradictions(case, &nodes)?;
     let mass: Vec<f64> = body.volumes.iter().zip(&body.region).map(|(v, &r)| v * density[usize::from(r)]).collect();
@@ -69,9 +69,13 @@ pub(super) fn problem(case: &CaseFile) -> Result<PackingProblem> {
 /// What an element test measures on the case's periodic packing.
 pub(super) fn measured(case: &CaseFile) -> Result<Stiffness> {
     let p = statement(case)?;
-    let [matter] = matters(case)?[..] else {
-        let spot = &case.regions[1].spot;
-        return Err(spot.wrong("several materials have no one stiffness that could be measured", "leave one region"));
+    let parts = Parts::new(&case.regions)?;
+    let [(_, matter)] = &parts.parts[..] else {
+        let spot = &case.regions[case.regions.len() - 1].spot;
+        return Err(spot.wrong(
+            "several materials have no one stiffness that could be measured",
+            "leave one region of one material",
+        ));
     };
     let study = study(packing(p)?, p, &matter.turned_stiffness())?;
     let test = ElementTest { rotations: p.rotations, ..ElementTest::default() };
@@ -81,15 +85,6 @@ pub(super) fn measured(case: &CaseFile) -> Result<Stiffness> {
 fn statement(case: &CaseFile) -> Result<&PackingStatement> {
     let example = "add [packing] with file and contact_radius";
     case.packing.as_ref().ok_or_else(|| case.top.wrong("the case has no packing", example))
-}
-
-/// What the spheres of each region stand for.
-fn matters<'c>(case: &'c CaseFile) -> Result<Vec<&'c Matter>> {
-    let of = |region: &'c RegionStatement| match &region.filling {
-        Filling::One(matter) => Ok(matter),
-        _ => Err(region.spot.wrong("a region of a packing is of one material", "leave grains and layers to grids")),
-    };
-    case.regions.iter().map(of).collect()
 }
 
 fn density(case: &CaseFile, matter: &Matter) -> Result<f64> {

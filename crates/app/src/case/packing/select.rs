@@ -33,7 +33,8 @@ pub(super) fn select(case: &CaseFile, spheres: &Spheres, on: &Where) -> Result<V
         Place::All => (0..n).collect(),
         Place::Region(name) => {
             let number = case.regions.iter().position(|r| r.name == *name);
-            (0..n).filter(|&s| Some(usize::from(spheres.region[s as usize])) == number).collect()
+            let parts = number.map_or(0..0, |number| spheres.ranges[number].clone());
+            (0..n).filter(|&s| parts.contains(&usize::from(spheres.region[s as usize]))).collect()
         }
         Place::Face(face, depth) => layer(spheres, on, *face, *depth)?,
         Place::Solid(shape) => {
