@@ -109,6 +109,7 @@ impl Found {
             }
         }
         let (scale, words) = self.settled(options)?;
+        let unit_assumed = matches!(self.lengths, Lengths::Open) && options.length_unit.is_none();
         let scale_of_radii = if self.own_radii { 1.0 } else { scale };
         let centre = |s: &[f64; 4]| (Vector3::new(s[0], s[1], s[2]) - self.corner) * scale;
         let centres: Vec<_> = self.spheres.iter().map(centre).collect();
@@ -127,6 +128,7 @@ impl Found {
             read_as: format!("{}, {words}", self.format),
             columns: self.columns,
             notes: self.notes,
+            unit_assumed,
         })
     }
 

@@ -21,6 +21,7 @@ use serde::Serialize;
 use self::found::Found;
 use crate::inputs::read_bytes;
 use crate::tree::without_mark;
+use crate::units::Dimension;
 use crate::words::{quoted, suggestion};
 use crate::write_atomically;
 use anisobond::lattice::Packing;
@@ -37,6 +38,21 @@ pub struct PackingOptions {
     pub type_radii: Vec<f64>,
 }
 
+impl PackingOptions {
+    /// With the radii of types in words, as "1 mm,2 mm": of type 1, of type 2.
+    ///
+    /// # Errors
+    /// Anything but positive lengths with units.
+    pub fn with_type_radii(mut self, words: &str) -> Result<Self> {
+        let radius = |word: &str| match Dimension::Length.parse(word)? {
+            radius if radius > 0.0 => Ok(radius),
+            _ => Err(Error::input(format!("{} is not positive", quoted(word)), "give radii as 1 mm,2 mm")),
+        };
+        self.type_radii = words.split(',').map(radius).collect::<Result<_>>()?;
+        Ok(self)
+    }
+}
+
 /// A packing, and what its file was taken for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PackingReading {
@@ -48,6 +64,8 @@ pub struct PackingReading {
     pub columns: Vec<PackingColumn>,
     /// What a reader should know: spheres that were wrapped, a unit that nothing names.
     pub notes: Vec<String>,
+    /// Whether lengths were taken to be in m though neither the file, a program's custom nor the options name a unit.
+    pub unit_assumed: bool,
 }
 
 /// A column or an array of a file of spheres.
