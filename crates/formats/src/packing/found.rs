@@ -168,7 +168,7 @@ impl Found {
                 }
             }
             (_, Some((name, size))) => Ok((size, format!("lengths in {name}, as asked for"))),
-            (Lengths::Custom(program), None) => Ok((1.0, format!("lengths in m, as {program} has them"))),
+            (Lengths::Custom(program), None) => Ok((1.0, format!("lengths in m, by the custom of {program}"))),
             (Lengths::Reduced, None) => Err(self.ask("the file's lengths have no unit (units lj)")),
             (Lengths::Open, None) if self.largest() >= LARGE => Err(self.ask("no unit of length is named")),
             (Lengths::Open, None) => {

@@ -60,11 +60,11 @@ fn every_list_and_table_is_the_same_packing() {
     };
     for (what, text, unit, cell, read_as) in [
         ("bare", four.clone(), None, false, "list of x y z r, lengths in m, for none is named"),
-        ("woo", format!("##PERIODIC:: 1 2 3\n{four}"), None, true, "list of x y z r, the cell in ##PERIODIC::, lengths in m, as Woo"),
+        ("woo", format!("##PERIODIC:: 1 2 3\n{four}"), None, true, "list of x y z r, the cell in ##PERIODIC::, lengths in m, by the custom of Woo"),
         ("three edges", format!("1 2 3\n{four}"), None, true, "list of x y z r, lengths in m"),
-        ("yade", format!("#format x_y_z_r\n{four}"), None, false, "table with headings, lengths in m, as Yade has them"),
+        ("yade", format!("#format x_y_z_r\n{four}"), None, false, "table with headings, lengths in m, by the custom of Yade"),
         ("yade in mm", format!("#format x_y_z_r\n{}", rows(1e3, plain)), Some("mm"), false, "lengths in mm, as asked for"),
-        ("attributes", format!("#format x_y_z_r_attrs\n{}", rows(1.0, |n, s| format!("{}\t{n}", plain(n, s)))), None, false, "as Yade"),
+        ("attributes", format!("#format x_y_z_r_attrs\n{}", rows(1.0, |n, s| format!("{}\t{n}", plain(n, s)))), None, false, "custom of Yade"),
         ("comment", format!("# x y z r (mm)\n{}", rows(1e3, plain)), None, false, "lengths in mm"),
         ("blanks", format!("x  y  z  r\n{four}"), None, false, "table with headings"),
         ("pfc", format!("id x y z rad\n{}", rows(1.0, |n, s| format!("{n} {}", plain(n, s)))), None, false, "table"),
