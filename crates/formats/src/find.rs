@@ -71,9 +71,7 @@ pub fn find_reading(name_or_path: &str, row: Option<&str>, unit: Option<&str>) -
     if !crate::is_table(path) {
         let Some(row) = row else { return read_reading(path, unit) };
         return match crate::material::foreign::of_row(&read_text(path)?, row) {
-            Some(text) => {
-                crate::parse_reading(&text.map_err(|e| e.at(name_or_path))?, name_or_path, unit)
-            }
+            Some(text) => crate::parse_reading(&text.map_err(|e| e.at(name_or_path))?, name_or_path, unit),
             None => leave_out("row", &format!("tables of materials, and {name_or_path} is one material")),
         };
     }

@@ -36,7 +36,11 @@ pub fn read(given: &Bound<'_, PyAny>, unit: Option<&str>, order: Option<&str>) -
     if given.hasattr("__fspath__")? || given.extract::<String>().is_ok() {
         let path = convert::path(given)?;
         let file = path.is_file();
-        let what = if file { "a file, which has an order of its own" } else { "a name, whose numbers have units of their own" };
+        let what = if file {
+            "a file, which has an order of its own"
+        } else {
+            "a name, whose numbers have units of their own"
+        };
         refuse(if file { &["unit"] } else { &[] }, what, "leave it out")?;
         if file && anisobond_formats::is_table(&path) {
             let remedy = "give it to calibrate_table, or one of its rows as an array";

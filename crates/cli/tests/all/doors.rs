@@ -65,9 +65,13 @@ fn every_tensor_enters_by_every_command() {
             }
             let output = anisobond(&[&[command][..], &words, more].concat());
             let said = String::from_utf8_lossy(&output.stderr);
-            let document: Value = serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{command} {name}: {e} {said}"));
+            let document: Value =
+                serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{command} {name}: {e} {said}"));
             assert!(is_crystal(&document[key]), "{command} {name}: {}", document[key]);
-            assert!(command != "tensor" || document["read_as"].as_str().is_some_and(|words| words.len() > 10), "{name}");
+            assert!(
+                command != "tensor" || document["read_as"].as_str().is_some_and(|words| words.len() > 10),
+                "{name}"
+            );
         }
     }
 }
@@ -78,10 +82,13 @@ fn every_tensor_enters_by_the_studio_s_box() {
     // The box holds one material with its unit.
     for (name, ..) in SAMPLES.iter().filter(|(_, row, unit)| row.is_none() && unit.is_none()) {
         let text = std::fs::read_to_string(sample(name)).unwrap();
-        let answer = studio.post("calibrate", &super::studio::question(
-            serde_json::json!({ "text": text }),
-            serde_json::json!({ "horizon": "2", "model": "hybrid" }),
-        ));
+        let answer = studio.post(
+            "calibrate",
+            &super::studio::question(
+                serde_json::json!({ "text": text }),
+                serde_json::json!({ "horizon": "2", "model": "hybrid" }),
+            ),
+        );
         assert!(is_crystal(&answer["page"]["tensors"][0]["voigt"]), "{name}: {answer}");
     }
 }
@@ -94,14 +101,20 @@ fn every_packing_enters_by_every_command() {
     let fcc = ["pack", "--crystal", "fcc", "--cells", "2,2,2", "--radius", "1 mm"];
     stdout(&[&fcc[..], &["-o", &place("own.csv")]].concat());
     let own = std::fs::read_to_string(place("own.csv")).unwrap();
-    let edge = own.lines().find_map(|line| line.strip_prefix("# cell: ")).unwrap().split(' ').next().unwrap().to_string();
+    let edge =
+        own.lines().find_map(|line| line.strip_prefix("# cell: ")).unwrap().split(' ').next().unwrap().to_string();
     let rows: Vec<Vec<f64>> =
         own.lines().skip(3).map(|line| line.split(',').map(|x| 1e3 * x.parse::<f64>().unwrap()).collect()).collect();
     let edge = 1e3 * edge.parse::<f64>().unwrap();
-    let lines = |row: &dyn Fn(usize, &[f64]) -> String| rows.iter().enumerate().map(|(n, r)| row(n + 1, r) + "\n").collect::<String>();
+    let lines = |row: &dyn Fn(usize, &[f64]) -> String| {
+        rows.iter().enumerate().map(|(n, r)| row(n + 1, r) + "\n").collect::<String>()
+    };
     let dumped = lines(&|n, r| format!("{n} {} {} {} {}", r[0] / edge, r[1] / edge, r[2] / edge, 2.0 * r[3]));
     let bounds = format!("0 {edge}\n").repeat(3);
-    let dump = format!("ITEM: TIMESTEP\n7\nITEM: NUMBER OF ATOMS\n{}\nITEM: BOX BOUNDS pp pp pp\n{bounds}ITEM: ATOMS id xs ys zs diameter\n{dumped}", rows.len());
+    let dump = format!(
+        "ITEM: TIMESTEP\n7\nITEM: NUMBER OF ATOMS\n{}\nITEM: BOX BOUNDS pp pp pp\n{bounds}ITEM: ATOMS id xs ys zs diameter\n{dumped}",
+        rows.len()
+    );
     let german = lines(&|_, r| format!("{};{};{};{}", r[0], r[1], r[2], 2.0 * r[3]).replace('.', ","));
     let german = format!("\u{feff}# cell: {edge:?} {edge:?} {edge:?}\nX (mm);Y (mm);Z (mm);D (mm)\n{german}");
     let woo = lines(&|_, r| format!("{} {} {} {}", 1e-3 * r[0], 1e-3 * r[1], 1e-3 * r[2], 1e-3 * r[3]));
@@ -111,7 +124,12 @@ fn every_packing_enters_by_every_command() {
     let same = |document: &Value, what: &str| {
         for a in 0..6 {
             let value = |d: &Value| d["lattice"][a][a].as_f64().unwrap();
-            assert!((value(document) / value(&expected) - 1.0).abs() < 1e-9, "{what}: {} {}", document["lattice"], expected["lattice"]);
+            assert!(
+                (value(document) / value(&expected) - 1.0).abs() < 1e-9,
+                "{what}: {} {}",
+                document["lattice"],
+                expected["lattice"]
+            );
         }
         assert!((document["packing"]["radius"]["mean"].as_f64().unwrap() / 1e-3 - 1.0).abs() < 1e-9, "{what}");
     };
@@ -148,7 +166,8 @@ fn every_packing_enters_by_every_command() {
     let said = refused(&["check", &case("frame = 3\n")], 2);
     assert!(said.contains("the file has no time steps"), "{said}");
     let plan = anisobond(&["check", &case("length_unit = 'mm'\n"), "--json"]);
-    let plan: Value = serde_json::from_slice(&plan.stdout).unwrap_or_else(|e| panic!("{e}: {}", String::from_utf8_lossy(&plan.stderr)));
+    let plan: Value = serde_json::from_slice(&plan.stdout)
+        .unwrap_or_else(|e| panic!("{e}: {}", String::from_utf8_lossy(&plan.stderr)));
     assert!((plan["radius"].as_f64().unwrap() / 1e-6 - 1.0).abs() < 1e-9, "{plan}");
     let table = write(
         &dir,

@@ -10,7 +10,8 @@ pub(super) const NOTHING: &str = "nothing";
 
 /// Headings of a coordinate, after its letter or the number of its component, in small letters without marks.
 const OF_LETTER: [&str; 8] = ["", "pos", "position", "coord", "coordinate", "centre", "center", "c"];
-const OF_NUMBER: [&str; 8] = ["points", "point", "position", "positions", "coordinates", "coords", "centers", "centres"];
+const OF_NUMBER: [&str; 8] =
+    ["points", "point", "position", "positions", "coordinates", "coords", "centers", "centres"];
 
 /// Headings of sizes.
 const RADIUS: [&str; 4] = ["r", "rad", "radius", "radii"];
@@ -44,7 +45,8 @@ impl Role {
         let name: String = name.to_lowercase().chars().filter(|c| !" _-.:\"'".contains(*c)).collect();
         for (axis, letter) in ["x", "y", "z"].into_iter().enumerate() {
             let lettered = |word: &&str| {
-                name.strip_prefix(word).is_some_and(|rest| rest == letter) || name.strip_suffix(word).is_some_and(|rest| rest == letter)
+                name.strip_prefix(word).is_some_and(|rest| rest == letter)
+                    || name.strip_suffix(word).is_some_and(|rest| rest == letter)
             };
             let numbered = |word: &&str| name.strip_prefix(word).is_some_and(|rest| rest == ["0", "1", "2"][axis]);
             if OF_LETTER.iter().any(|w| lettered(&w)) || OF_NUMBER.iter().any(|w| numbered(&w)) {

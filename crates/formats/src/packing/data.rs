@@ -81,8 +81,11 @@ impl Style {
         };
         STYLES.iter().find(|style| style.name == named).ok_or_else(|| {
             let remedy = match named.starts_with("hybrid") {
-                true => "write the data with one style, as atom_style sphere: a hybrid's columns are not told apart".to_string(),
-                false => format!("write the data with atom_style sphere (id type diameter density x y z); known are {known}"),
+                true => "write the data with one style, as atom_style sphere: a hybrid's columns are not told apart"
+                    .to_string(),
+                false => {
+                    format!("write the data with atom_style sphere (id type diameter density x y z); known are {known}")
+                }
             };
             Error::input(format!("the atom style is {}", quoted(named)), remedy)
         })
@@ -171,7 +174,8 @@ impl Reading<'_> {
     fn section(&mut self, name: &str, line: &str) -> Result<()> {
         self.in_atoms = Some(name == "Atoms");
         if name == "Atoms" {
-            self.named_style = line.split_once('#').map(|(_, style)| style.trim().to_string()).filter(|s| !s.is_empty());
+            self.named_style =
+                line.split_once('#').map(|(_, style)| style.trim().to_string()).filter(|s| !s.is_empty());
             self.style = self.named_style.as_deref().map(|named| Style::of(Some(named), 0)).transpose()?;
         }
         Ok(())
@@ -213,9 +217,9 @@ impl Reading<'_> {
                 format!("write {}, and three image numbers or none", columns.join(" ")),
             ));
         }
-        let id = words[0]
-            .parse()
-            .map_err(|_| Error::input(format!("{} is not the number of an atom", quoted(words[0])), "write a whole number"))?;
+        let id = words[0].parse().map_err(|_| {
+            Error::input(format!("{} is not the number of an atom", quoted(words[0])), "write a whole number")
+        })?;
         let word = |column: &str| style.at(column).map_or("", |at| words[at]);
         let radius = match style.at("diameter") {
             Some(at) => 0.5 * number(words[at])?,

@@ -10,8 +10,15 @@ use crate::words::{enumeration, quoted};
 use anisobond::{Error, Result, Wording};
 
 /// Sizes of the lengths of LAMMPS' styles of units (m).
-pub(super) const STYLES: [(&str, f64); 7] =
-    [("si", 1.0), ("cgs", 1e-2), ("micro", 1e-6), ("nano", 1e-9), ("metal", 1e-10), ("real", 1e-10), ("electron", 5.291_772_109e-11)];
+pub(super) const STYLES: [(&str, f64); 7] = [
+    ("si", 1.0),
+    ("cgs", 1e-2),
+    ("micro", 1e-6),
+    ("nano", 1e-9),
+    ("metal", 1e-10),
+    ("real", 1e-10),
+    ("electron", 5.291_772_109e-11),
+];
 
 /// The unit of lengths of a style: "si" has m.
 pub(super) fn lengths_of_style(style: &str) -> Lengths {
@@ -46,7 +53,8 @@ fn frames(text: &str) -> Result<Vec<Frame<'_>>> {
                 "UNITS" => units = lines.get(n + 1).copied(),
                 "TIMESTEP" => {
                     let step = lines.get(n + 1).and_then(|step| step.parse().ok()).ok_or_else(|| {
-                        Error::input("ITEM: TIMESTEP without a number", "is the file cut off?").at(format!("line {}", n + 1))
+                        Error::input("ITEM: TIMESTEP without a number", "is the file cut off?")
+                            .at(format!("line {}", n + 1))
                     })?;
                     all.push(Frame { step, line: n + 1, lines: Vec::new(), units });
                 }
@@ -111,7 +119,10 @@ struct Bounds {
 impl Frame<'_> {
     /// The line of an item and its lines below, by the item's first words.
     fn item(&self, name: &str) -> Option<(usize, &str, &[&str])> {
-        let at = self.lines.iter().position(|line| line.strip_prefix("ITEM:").is_some_and(|item| item.trim().starts_with(name)))?;
+        let at = self
+            .lines
+            .iter()
+            .position(|line| line.strip_prefix("ITEM:").is_some_and(|item| item.trim().starts_with(name)))?;
         let below = &self.lines[at + 1..];
         let end = below.iter().position(|line| line.starts_with("ITEM:")).unwrap_or(below.len());
         Some((self.line + at, self.lines[at].strip_prefix("ITEM:")?.trim().strip_prefix(name)?.trim(), &below[..end]))
@@ -138,7 +149,10 @@ impl Frame<'_> {
             )));
         }
         if rows.len() != 3 || rows.iter().any(|row| row.len() < 2) {
-            return Err(at(Error::input("the bounds of the box are not three lines of low and high", "is the file cut off?")));
+            return Err(at(Error::input(
+                "the bounds of the box are not three lines of low and high",
+                "is the file cut off?",
+            )));
         }
         let low = Vector3::new(rows[0][0], rows[1][0], rows[2][0]);
         let edges = Vector3::new(rows[0][1], rows[1][1], rows[2][1]) - low;
@@ -146,7 +160,8 @@ impl Frame<'_> {
             let problem = format!("the box is {} × {} × {}", edges.x, edges.y, edges.z);
             return Err(at(Error::input(problem, "give bounds of which the second is the larger")));
         }
-        let flags: Vec<&str> = words.split_whitespace().filter(|w| w.len() == 2 && w.bytes().all(|b| b"pfsm".contains(&b))).collect();
+        let flags: Vec<&str> =
+            words.split_whitespace().filter(|w| w.len() == 2 && w.bytes().all(|b| b"pfsm".contains(&b))).collect();
         let periodic = flags.iter().filter(|flag| **flag == "pp").count();
         if flags.len() == 3 && !matches!(periodic, 0 | 3) {
             return Err(at(Error::input(
@@ -165,7 +180,8 @@ impl Frame<'_> {
         let at = |e: Error| e.at(format!("line {line}"));
         let headings: Vec<String> = headings.split_whitespace().map(String::from).collect();
         let announced = self.item("NUMBER OF ATOMS").and_then(|(_, _, below)| below.first()?.parse::<usize>().ok());
-        let rows: Vec<(usize, &str)> = rows.iter().enumerate().filter(|(_, row)| !row.is_empty()).map(|(n, row)| (line + n + 1, *row)).collect();
+        let rows: Vec<(usize, &str)> =
+            rows.iter().enumerate().filter(|(_, row)| !row.is_empty()).map(|(n, row)| (line + n + 1, *row)).collect();
         if announced.is_some_and(|announced| announced != rows.len()) {
             let problem = format!("{} atoms are announced, {} listed", announced.unwrap_or(0), rows.len());
             return Err(at(Error::input(problem, "check whether the file is complete")));
@@ -211,8 +227,11 @@ struct Way {
 
 impl Way {
     fn of(headings: &[String]) -> Result<Self> {
-        let find = |suffix: &str, axis: usize| headings.iter().position(|h| *h == format!("{}{suffix}", ["x", "y", "z"][axis]));
-        let way = |suffix: &'static str| Some(Way { at: [find(suffix, 0)?, find(suffix, 1)?, find(suffix, 2)?], suffix });
+        let find = |suffix: &str, axis: usize| {
+            headings.iter().position(|h| *h == format!("{}{suffix}", ["x", "y", "z"][axis]))
+        };
+        let way =
+            |suffix: &'static str| Some(Way { at: [find(suffix, 0)?, find(suffix, 1)?, find(suffix, 2)?], suffix });
         ["", "u", "s", "su"].into_iter().find_map(way).ok_or_else(|| {
             Error::input(
                 format!("the atoms have no x, y and z among {}", headings.join(" ")),
@@ -269,7 +288,10 @@ impl Size {
             && first.1 == second.1
         {
             let both = [quoted(&headings[first.0]), quoted(&headings[second.0])];
-            return Err(Error::input(format!("columns {} may both be the size", enumeration(&both)), "dump one of them"));
+            return Err(Error::input(
+                format!("columns {} may both be the size", enumeration(&both)),
+                "dump one of them",
+            ));
         }
         match (find(Role::Radius), find(Role::Diameter), headings.iter().position(|h| h == "type")) {
             (Some(at), ..) => Ok(Size::Radius(at)),
@@ -277,7 +299,8 @@ impl Size {
             (None, None, Some(at)) if !options.type_radii.is_empty() => Ok(Size::OfType(at)),
             _ => Err(Error::input(
                 format!("the atoms have no radius or diameter among {}", headings.join(" ")),
-                Wording::from("dump it (… id type x y z radius), or give the radii of the types with ").choice("type_radii", "1 mm,2 mm"),
+                Wording::from("dump it (… id type x y z radius), or give the radii of the types with ")
+                    .choice("type_radii", "1 mm,2 mm"),
             )),
         }
     }

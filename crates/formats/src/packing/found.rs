@@ -154,7 +154,10 @@ impl Found {
         let same = |size: f64, asked: f64| (size / asked - 1.0).abs() < 1e-12;
         let contradicts = |own: &str, asked: &str| {
             let problem = format!("the file is in {own}, and the unit asked for is {asked}");
-            Err(Error::input(problem, Wording::from("leave out ").choice("length_unit", "").words(": the file names it")))
+            Err(Error::input(
+                problem,
+                Wording::from("leave out ").choice("length_unit", "").words(": the file names it"),
+            ))
         };
         match (&self.lengths, asked.transpose()?) {
             (Lengths::Named(name, size), Some(asked)) if !same(*size, asked.1) => contradicts(name, &asked.0),
@@ -193,7 +196,8 @@ impl Found {
             number(largest),
             number(largest * 1e-3)
         );
-        let remedy = Wording::from("name it with ").choice("length_unit", "mm").words(", or in headings such as x [mm]");
+        let remedy =
+            Wording::from("name it with ").choice("length_unit", "mm").words(", or in headings such as x [mm]");
         Error::input(text, remedy)
     }
 

@@ -41,7 +41,10 @@ impl Rows {
         }
         if !(4..=5).contains(&words.len()) || words.len() != self.width {
             let problem = format!("{} numbers where x y z r are expected", words.len());
-            return Err(Error::input(problem, "write one sphere per line: its centre and its radius; or name the columns in the first line"));
+            return Err(Error::input(
+                problem,
+                "write one sphere per line: its centre and its radius; or name the columns in the first line",
+            ));
         }
         self.whole &= words[0].bytes().all(|b| b.is_ascii_digit());
         self.commas |= words.iter().any(|word| word.contains(','));
@@ -108,7 +111,8 @@ fn spheres(text: &str) -> Result<Found> {
     let taken = |at: usize| Some(["x", "y", "z", "r"].get(at.checked_sub(begins)?)?.to_string());
     found.columns = said(&headings, taken);
     if begins == 1 {
-        found.columns[0] = PackingColumn { column: "column 1".into(), taken_for: format!("{NOTHING}: it counts the lines") };
+        found.columns[0] =
+            PackingColumn { column: "column 1".into(), taken_for: format!("{NOTHING}: it counts the lines") };
     }
     found.columns.iter_mut().filter(|c| c.taken_for == "r").for_each(|c| c.taken_for = "radius".into());
     for (line, row) in rows.rows() {

@@ -191,8 +191,11 @@ pub fn parse_packing(bytes: &[u8], options: &PackingOptions) -> Result<PackingRe
 fn unknown(source: &Source) -> Error {
     if let Err(e) = source.text {
         let line = 1 + source.bytes[..e.valid_up_to()].iter().filter(|&&b| b == b'\n').count();
-        return Error::input("the file is not UTF-8 text", "save it as UTF-8, without accents or units in another encoding")
-            .at(format!("line {line}"));
+        return Error::input(
+            "the file is not UTF-8 text",
+            "save it as UTF-8, without accents or units in another encoding",
+        )
+        .at(format!("line {line}"));
     }
     Error::input("no spheres are found in the file", format!("known are {}", FORMATS.map(|(name, _)| name).join("; ")))
 }

@@ -65,7 +65,10 @@ impl Preface {
 
 /// The words of a comment.
 fn comment(line: &str) -> Option<&str> {
-    ["#", "%", "//", "!"].iter().find_map(|mark| line.strip_prefix(mark)).map(|rest| rest.trim_start_matches('#').trim())
+    ["#", "%", "//", "!"]
+        .iter()
+        .find_map(|mark| line.strip_prefix(mark))
+        .map(|rest| rest.trim_start_matches('#').trim())
 }
 
 /// What parts the fields of a row.
@@ -82,7 +85,9 @@ impl Apart {
 
     /// The fields of a line, without quotes.
     fn fields(self, line: &str) -> Vec<String> {
-        let Apart::By(mark) = self else { return words(line.split('#').next().unwrap_or("")).into_iter().map(String::from).collect() };
+        let Apart::By(mark) = self else {
+            return words(line.split('#').next().unwrap_or("")).into_iter().map(String::from).collect();
+        };
         let (mut all, mut quoted) = (vec![String::new()], false);
         for c in line.chars() {
             match c {

@@ -46,7 +46,8 @@ impl<'f> Cursor<'f> {
     fn numbers(&mut self, count: usize, kind: &str) -> Result<Vec<f64>> {
         let cut = || Error::input("the numbers end before all are there", "is the file cut off?");
         if self.binary {
-            let bytes = count.checked_mul(width(kind)?).and_then(|size| self.bytes.get(self.at..self.at.checked_add(size)?));
+            let bytes =
+                count.checked_mul(width(kind)?).and_then(|size| self.bytes.get(self.at..self.at.checked_add(size)?));
             let bytes = bytes.ok_or_else(cut)?;
             self.at += bytes.len();
             return numbers(bytes, kind, true);
@@ -67,7 +68,13 @@ fn file(bytes: &[u8]) -> Result<Found> {
     cursor.binary = match way.as_str() {
         "ASCII" => false,
         "BINARY" => true,
-        _ => return Err(Error::input(format!("{} is neither ASCII nor BINARY", quoted(&way)), "write the third line of a VTK file").at("line 3")),
+        _ => {
+            return Err(Error::input(
+                format!("{} is neither ASCII nor BINARY", quoted(&way)),
+                "write the third line of a VTK file",
+            )
+            .at("line 3"));
+        }
     };
     let mut arrays = Arrays { unit: unit_in_words(&title), ..Arrays::default() };
     let (mut set, mut points, mut of_points) = (String::new(), 0usize, false);
@@ -82,13 +89,18 @@ fn file(bytes: &[u8]) -> Result<Found> {
             "DATASET" => {
                 set = word(1).to_uppercase();
                 if !SETS.contains(&set.as_str()) {
-                    return Err(Error::input(format!("the data set is {}", quoted(&set)), "save the spheres as POLYDATA or UNSTRUCTURED_GRID"));
+                    return Err(Error::input(
+                        format!("the data set is {}", quoted(&set)),
+                        "save the spheres as POLYDATA or UNSTRUCTURED_GRID",
+                    ));
                 }
             }
             "POINTS" => {
                 points = count(1);
                 let numbers = points.checked_mul(3).map(|n| cursor.numbers(n, &word(2).to_lowercase()));
-                arrays.points = numbers.unwrap_or_else(|| Err(Error::input("too many points", "is the file damaged?"))).map_err(at)?;
+                arrays.points = numbers
+                    .unwrap_or_else(|| Err(Error::input("too many points", "is the file damaged?")))
+                    .map_err(at)?;
             }
             "POINT_DATA" => of_points = true,
             "CELL_DATA" => of_points = false,
@@ -119,19 +131,27 @@ fn field(cursor: &mut Cursor, arrays: &mut Arrays, count: usize, of_points: bool
     for _ in 0..count {
         let line = loop {
             match cursor.line() {
-                None => return Err(Error::input("the arrays of FIELD end before all are there", "is the file cut off?")),
+                None => {
+                    return Err(Error::input("the arrays of FIELD end before all are there", "is the file cut off?"));
+                }
                 Some(line) if line.is_empty() => {}
                 // What newer files say of an array before.
-                Some(line) if line.starts_with("METADATA") => while cursor.line().is_some_and(|line| !line.is_empty()) {},
+                Some(line) if line.starts_with("METADATA") => {
+                    while cursor.line().is_some_and(|line| !line.is_empty()) {}
+                }
                 Some(line) => break line,
             }
         };
         let words: Vec<&str> = line.split_whitespace().collect();
         let [name, each, tuples, kind] = words[..] else {
-            return Err(Error::input(format!("{} is no array of FIELD", quoted(&line)), "write name, components, tuples and type"));
+            return Err(Error::input(
+                format!("{} is no array of FIELD", quoted(&line)),
+                "write name, components, tuples and type",
+            ));
         };
         let total = each.parse::<usize>().ok().zip(tuples.parse::<usize>().ok()).and_then(|(a, b)| a.checked_mul(b));
-        let total = total.ok_or_else(|| Error::input(format!("{} is no array of FIELD", quoted(&line)), "write whole numbers"))?;
+        let total = total
+            .ok_or_else(|| Error::input(format!("{} is no array of FIELD", quoted(&line)), "write whole numbers"))?;
         let values = cursor.numbers(total, &kind.to_lowercase())?;
         if of_points {
             keep(arrays, name, values);

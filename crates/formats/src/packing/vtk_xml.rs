@@ -74,11 +74,11 @@ fn file(bytes: &[u8]) -> Result<Found> {
     let mark = b"<AppendedData";
     let cut = bytes.windows(mark.len()).position(|window| window == mark);
     let text = std::str::from_utf8(&bytes[..cut.unwrap_or(bytes.len())]);
-    let text = text.map_err(|_| Error::input("the file is not XML: bytes that are no text", "save it as .vtp or .vtu"))?;
+    let text =
+        text.map_err(|_| Error::input("the file is not XML: bytes that are no text", "save it as .vtp or .vtu"))?;
     let text = if cut.is_some() { format!("{text}</VTKFile>") } else { text.to_string() };
-    let document = Document::parse(&text).map_err(|error| {
-        Error::input(format!("the file is not XML: {error}"), "write VTK XML, as .vtp or .vtu")
-    })?;
+    let document = Document::parse(&text)
+        .map_err(|error| Error::input(format!("the file is not XML: {error}"), "write VTK XML, as .vtp or .vtu"))?;
     let root = document.root_element();
     let set = root.attribute("type").unwrap_or("");
     if !SETS.contains(&set) {
@@ -102,7 +102,9 @@ fn file(bytes: &[u8]) -> Result<Found> {
     };
     let mut arrays = Arrays::default();
     let comments = document.root().children().filter(Node::is_comment);
-    let named = |text: &str| text.contains("edges of the periodic cell in m").then(|| ("m".to_string(), 1.0)).or(unit_in_words(text));
+    let named = |text: &str| {
+        text.contains("edges of the periodic cell in m").then(|| ("m".to_string(), 1.0)).or(unit_in_words(text))
+    };
     arrays.unit = comments.filter_map(|comment| named(comment.text()?)).next();
     let pieces: Vec<Node> = root.descendants().filter(|node| node.has_tag_name("Piece")).collect();
     for piece in &pieces {

@@ -6,8 +6,8 @@ use nalgebra::Matrix6;
 
 use super::Row;
 use super::heading::{
-    Heading, constant, names_constants, refuse_both_forms, refuse_half_named, refuse_missing, refuse_near, refuse_second_form,
-    stress_unit,
+    Heading, constant, names_constants, refuse_both_forms, refuse_half_named, refuse_missing, refuse_near,
+    refuse_second_form, stress_unit,
 };
 use crate::csv_text::unguarded;
 use crate::material::components::{Component, component_of, name};

@@ -2,8 +2,8 @@
 
 use super::columns::Column;
 use crate::material::StressUnit;
-use crate::material::engineering::ratio;
 use crate::material::components::{component_of, name, names};
+use crate::material::engineering::ratio;
 use crate::material::keys::nearly;
 use crate::units::Dimension;
 use crate::words::{enumeration, nearest, quoted};
@@ -92,7 +92,8 @@ pub(super) fn refuse_both_forms(headings: &[Heading]) -> Result<()> {
     let whole = constants.iter().any(|h| h.name.len() > 2 && constant(&h.name).is_some_and(|(_, ratio)| ratio));
     match (component, constants.first()) {
         (Some(component), Some(first)) if whole => {
-            let problem = format!("columns {} and {} both give the stiffness", quoted(component.text), quoted(first.text));
+            let problem =
+                format!("columns {} and {} both give the stiffness", quoted(component.text), quoted(first.text));
             Err(Error::input(problem, "keep the components, or the engineering constants"))
         }
         _ => Ok(()),

@@ -229,7 +229,11 @@ fn wrong_texts_are_refused_with_their_place() {
             text("aniso.inp").replace(" 0., 0., 0., 0., 66080., 20.", " 0."),
             &["line 5", "ANISOTROPIC has 21 constants, and 17 numbers are there"],
         ),
-        ("two cards", format!("{0}\n{0}", text("aniso.inp")), &["2 *ELASTIC cards: FORSTERITE (line 5)", "row = \"FORSTERITE\""]),
+        (
+            "two cards",
+            format!("{0}\n{0}", text("aniso.inp")),
+            &["2 *ELASTIC cards: FORSTERITE (line 5)", "row = \"FORSTERITE\""],
+        ),
         ("lamina", text("aniso.inp").replace("ANISOTROPIC", "LAMINA"), &["\"LAMINA\" is no stiffness"]),
         ("card with x", text("aniso.inp").replace("199040.", "x"), &["line 6: \"x\" is not a finite number"]),
         ("few constants", "C11 = 168.4 GPa\nC12 = 121.4\nC44 = 75.4".into(), &["class = \"cubic\""]),

@@ -1,6 +1,6 @@
 //! Files of spheres: every format gives the same three spheres, and what is wrong or ambiguous is said.
 
-use anisobond_formats::{PackingOptions, PackingReading, parse_packing};
+use anisobond_formats::{PackingFormat, PackingOptions, PackingReading, packing_text, parse_packing};
 use nalgebra::Vector3;
 
 /// Centres and radii of all samples (m), in a cell of 1 × 2 × 3 m.
@@ -38,7 +38,9 @@ fn comma(text: &str) -> String {
 /// A dump of one time step; its rows by a function, its box from `low`.
 fn dump(step: u64, low: [f64; 3], boundary: &str, columns: &str, rows: &str) -> String {
     let bounds: String = (0..3).map(|a| format!("{} {}\n", low[a], low[a] + [1.0, 2.0, 3.0][a])).collect();
-    format!("ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n3\nITEM: BOX BOUNDS {boundary}\n{bounds}ITEM: ATOMS {columns}\n{rows}")
+    format!(
+        "ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n3\nITEM: BOX BOUNDS {boundary}\n{bounds}ITEM: ATOMS {columns}\n{rows}"
+    )
 }
 
 fn same(reading: &PackingReading, cell: bool, what: &str) {
@@ -55,39 +57,115 @@ fn same(reading: &PackingReading, cell: bool, what: &str) {
 fn every_list_and_table_is_the_same_packing() {
     let four = rows(1.0, plain);
     let csv = |heading: &str, scale: f64, diameter: bool| {
-        let row = |n: usize, [x, y, z, r]: [f64; 4]| format!("{n},{z},{y},{x},{},a b", if diameter { 2.0 * r } else { r });
+        let row =
+            |n: usize, [x, y, z, r]: [f64; 4]| format!("{n},{z},{y},{x},{},a b", if diameter { 2.0 * r } else { r });
         format!("{heading}\n{}", rows(scale, row))
     };
     for (what, text, unit, cell, read_as) in [
         ("bare", four.clone(), None, false, "list of x y z r, lengths in m, for none is named"),
-        ("woo", format!("##PERIODIC:: 1 2 3\n{four}"), None, true, "list of x y z r, the cell in ##PERIODIC::, lengths in m, by the custom of Woo"),
+        (
+            "woo",
+            format!("##PERIODIC:: 1 2 3\n{four}"),
+            None,
+            true,
+            "list of x y z r, the cell in ##PERIODIC::, lengths in m, by the custom of Woo",
+        ),
         ("three edges", format!("1 2 3\n{four}"), None, true, "list of x y z r, lengths in m"),
-        ("yade", format!("#format x_y_z_r\n{four}"), None, false, "table with headings, lengths in m, by the custom of Yade"),
-        ("yade in mm", format!("#format x_y_z_r\n{}", rows(1e3, plain)), Some("mm"), false, "lengths in mm, as asked for"),
-        ("attributes", format!("#format x_y_z_r_attrs\n{}", rows(1.0, |n, s| format!("{}\t{n}", plain(n, s)))), None, false, "custom of Yade"),
+        (
+            "yade",
+            format!("#format x_y_z_r\n{four}"),
+            None,
+            false,
+            "table with headings, lengths in m, by the custom of Yade",
+        ),
+        (
+            "yade in mm",
+            format!("#format x_y_z_r\n{}", rows(1e3, plain)),
+            Some("mm"),
+            false,
+            "lengths in mm, as asked for",
+        ),
+        (
+            "attributes",
+            format!("#format x_y_z_r_attrs\n{}", rows(1.0, |n, s| format!("{}\t{n}", plain(n, s)))),
+            None,
+            false,
+            "custom of Yade",
+        ),
         ("comment", format!("# x y z r (mm)\n{}", rows(1e3, plain)), None, false, "lengths in mm"),
         ("blanks", format!("x  y  z  r\n{four}"), None, false, "table with headings"),
         ("pfc", format!("id x y z rad\n{}", rows(1.0, |n, s| format!("{n} {}", plain(n, s)))), None, false, "table"),
-        ("counted", rows(1.0, |n, s| format!("{n} {}", plain(n, s))) + "4 0.5 0.5 2.5 0.25\n", None, false, "list of x y z r"),
+        (
+            "counted",
+            rows(1.0, |n, s| format!("{n} {}", plain(n, s))) + "4 0.5 0.5 2.5 0.25\n",
+            None,
+            false,
+            "list of x y z r",
+        ),
         ("csv", csv("id,Z,Y,X,Radius,name", 1.0, false), None, false, "table with headings"),
-        ("csv in mm", csv("id,z [mm],y [mm],x [mm],r [mm],name", 1e3, false), None, false, "lengths in mm, as the headings"),
+        (
+            "csv in mm",
+            csv("id,z [mm],y [mm],x [mm],r [mm],name", 1e3, false),
+            None,
+            false,
+            "lengths in mm, as the headings",
+        ),
         ("diameters", csv("id,z,y,x,D,name", 1.0, true), None, false, "table"),
         ("sizes", csv("id,z_um,y_um,x_um,size_um,name", 1e6, true), None, false, "lengths in um"),
         ("ParaView", csv("id,Points:2,Points:1,Points:0,radii,name", 1.0, false), None, false, "table"),
         ("quoted", csv("\"id\",\"pos_z\",\"pos_y\",\"pos_x\",\"Diameter\",\"name\"", 1.0, true), None, false, "table"),
-        ("mark", format!("\u{feff}x,y,z,r\n{}", rows(1.0, |_, [x, y, z, r]| format!("{x},{y},{z},{r}"))), None, false, "table"),
-        ("tabs", format!("x\ty\tz\td\n{}", rows(1.0, |_, [x, y, z, r]| format!("{x}\t{y}\t{z}\t{}", 2.0 * r))), None, false, "table"),
+        (
+            "mark",
+            format!("\u{feff}x,y,z,r\n{}", rows(1.0, |_, [x, y, z, r]| format!("{x},{y},{z},{r}"))),
+            None,
+            false,
+            "table",
+        ),
+        (
+            "tabs",
+            format!("x\ty\tz\td\n{}", rows(1.0, |_, [x, y, z, r]| format!("{x}\t{y}\t{z}\t{}", 2.0 * r))),
+            None,
+            false,
+            "table",
+        ),
         (
             "German",
-            format!("sep=;\nx (mm);y (mm);z (mm);Radius (mm)\n{}", comma(&rows(1e3, |_, [x, y, z, r]| format!("{x:.1};{y:.1};{z:.1};{r:.1}")))),
+            format!(
+                "sep=;\nx (mm);y (mm);z (mm);Radius (mm)\n{}",
+                comma(&rows(1e3, |_, [x, y, z, r]| format!("{x:.1};{y:.1};{z:.1};{r:.1}")))
+            ),
             None,
             false,
             "table with headings, decimal commas, lengths in mm",
         ),
-        ("German blanks", comma(&rows(1.0, |_, [x, y, z, r]| format!("{x:.4} {y:.4} {z:.4} {r:.4}"))), None, false, "list of x y z r, decimal commas"),
-        ("German quotes", format!("x,y,z,r\n{}", rows(1.0, |_, s| s.map(|x| format!("\"{}\"", comma(&format!("{x:.4}")))).join(","))), None, false, "table"),
-        ("cell of a table", format!("# cell: 1 2 3\nx,y,z,r\n{}", rows(1.0, |_, [x, y, z, r]| format!("{x},{y},{z},{r}"))), None, true, "table"),
-        ("titles", format!("Sample 7\nmade on a Monday\nx;y;z;r\n{}", rows(1.0, |_, [x, y, z, r]| format!("{x};{y};{z};{r}"))), None, false, "table"),
+        (
+            "German blanks",
+            comma(&rows(1.0, |_, [x, y, z, r]| format!("{x:.4} {y:.4} {z:.4} {r:.4}"))),
+            None,
+            false,
+            "list of x y z r, decimal commas",
+        ),
+        (
+            "German quotes",
+            format!("x,y,z,r\n{}", rows(1.0, |_, s| s.map(|x| format!("\"{}\"", comma(&format!("{x:.4}")))).join(","))),
+            None,
+            false,
+            "table",
+        ),
+        (
+            "cell of a table",
+            format!("# cell: 1 2 3\nx,y,z,r\n{}", rows(1.0, |_, [x, y, z, r]| format!("{x},{y},{z},{r}"))),
+            None,
+            true,
+            "table",
+        ),
+        (
+            "titles",
+            format!("Sample 7\nmade on a Monday\nx;y;z;r\n{}", rows(1.0, |_, [x, y, z, r]| format!("{x};{y};{z};{r}"))),
+            None,
+            false,
+            "table",
+        ),
         ("Fortran", rows(1.0, |_, s| s.map(|x| format!("{x:.4}D+00")).join(" ")), None, false, "list"),
     ] {
         if what == "counted" {
@@ -104,7 +182,10 @@ fn every_list_and_table_is_the_same_packing() {
         assert_eq!(reading.notes.is_empty(), !reading.read_as.contains("none is named"), "{what}: {:?}", reading.notes);
     }
     let columns = read(csv("id,z [mm],y [mm],x [mm],r [mm],name", 1e3, false), None).columns_in_words();
-    assert_eq!(columns, "z [mm] as z (mm), y [mm] as y (mm), x [mm] as x (mm), r [mm] as radius (mm); not taken: id, name");
+    assert_eq!(
+        columns,
+        "z [mm] as z (mm), y [mm] as y (mm), x [mm] as x (mm), r [mm] as radius (mm); not taken: id, name"
+    );
 }
 
 #[test]
@@ -113,47 +194,73 @@ fn dumps_are_read_in_all_their_coordinates() {
     let moved = |[x, y, z, _]: [f64; 4]| [x + low[0], y + low[1], z + low[2]];
     let absolute = |n: usize, s: [f64; 4]| format!("{n} 1 {} {} {} {}", moved(s)[0], moved(s)[1], moved(s)[2], s[3]);
     let scaled = |n: usize, s: [f64; 4]| format!("{n} 1 {} {} {} {}", s[0], s[1] / 2.0, s[2] / 3.0, 2.0 * s[3]);
-    let unwrapped = |n: usize, s: [f64; 4]| format!("{n} 1 {} {} {} {}", moved(s)[0] + 3.0, moved(s)[1] - 4.0, moved(s)[2], s[3]);
+    let unwrapped =
+        |n: usize, s: [f64; 4]| format!("{n} 1 {} {} {} {}", moved(s)[0] + 3.0, moved(s)[1] - 4.0, moved(s)[2], s[3]);
     let reversed = |text: String| text.lines().rev().map(|l| l.to_string() + "\n").collect::<String>();
     for (what, columns, lines, words) in [
         ("x", "id type x y z radius", rows(1.0, absolute), "centres from x y z, radii of their own"),
         ("any order", "id type x y z radius", reversed(rows(1.0, absolute)), "centres from x y z"),
-        ("xs", "id type xs ys zs diameter", rows(1.0, scaled), "xs ys zs (in shares of the box), diameters of their own"),
+        (
+            "xs",
+            "id type xs ys zs diameter",
+            rows(1.0, scaled),
+            "xs ys zs (in shares of the box), diameters of their own",
+        ),
         ("xu", "id type xu yu zu radius", rows(1.0, unwrapped), "xu yu zu (unwrapped)"),
     ] {
         let text = dump(1000, low, "pp pp pp", columns, &lines);
         let reading = read(&text, None);
         same(&reading, true, what);
-        assert!(reading.read_as.starts_with("LAMMPS dump, time step 1000, the only one; periodic box"), "{}", reading.read_as);
+        assert!(
+            reading.read_as.starts_with("LAMMPS dump, time step 1000, the only one; periodic box"),
+            "{}",
+            reading.read_as
+        );
         assert!(reading.read_as.contains(words), "{what}: {}", reading.read_as);
         assert_eq!(reading.columns[1].taken_for, "nothing");
         // In the units of LAMMPS' styles.
         let micro = format!("ITEM: UNITS\nmicro\n{text}");
         let small = read(&micro, None);
-        assert!((small.packing.radii()[1] / 0.25e-6 - 1.0).abs() < 1e-12 && small.read_as.contains("1e-6 m (units micro)"));
+        assert!(
+            (small.packing.radii()[1] / 0.25e-6 - 1.0).abs() < 1e-12 && small.read_as.contains("1e-6 m (units micro)")
+        );
         assert!(message(&micro, &options(Some("mm"))).contains("leave out"));
     }
     let text = dump(5, low, "pp pp pp", "id type x y z radius", &rows(1.0, absolute));
     let free = read(text.replace("pp pp pp", "ff ff ff"), None);
     assert_eq!(free.packing.cell(), None);
     let tilted = text.replace("BOX BOUNDS pp pp pp", "BOX BOUNDS xy xz yz pp pp pp").replace("-1 0\n", "-1 0 0.2\n");
-    assert!(message(&tilted, &options(None)).contains("line 5: the box is tilted (triclinic), and the cell of a packing is rectangular"));
+    assert!(
+        message(&tilted, &options(None))
+            .contains("line 5: the box is tilted (triclinic), and the cell of a packing is rectangular")
+    );
     assert!(message(text.replace("pp pp pp", "pp pp ff"), &options(None)).contains("periodic along some axes only"));
-    assert!(message(format!("ITEM: UNITS\nlj\n{text}"), &options(None)).contains("have no unit (units lj): the largest radius, 0.25, would be 0.25 m in m and 0.00025 m in mm"));
+    assert!(
+        message(format!("ITEM: UNITS\nlj\n{text}"), &options(None))
+            .contains("have no unit (units lj): the largest radius, 0.25, would be 0.25 m in m and 0.00025 m in mm")
+    );
     assert!((read(format!("ITEM: UNITS\nlj\n{text}"), Some("mm")).packing.radii()[1] - 0.25e-3).abs() < 1e-15);
 }
 
 #[test]
 fn the_last_time_step_is_taken_or_the_one_asked_for() {
     let of = |step: u64, r: f64| {
-        dump(step, [0.0; 3], "pp pp pp", "id type x y z radius", &rows(1.0, |n, [x, y, z, _]| format!("{n} 1 {x} {y} {z} {r}")))
+        dump(
+            step,
+            [0.0; 3],
+            "pp pp pp",
+            "id type x y z radius",
+            &rows(1.0, |n, [x, y, z, _]| format!("{n} 1 {x} {y} {z} {r}")),
+        )
     };
     let all = of(0, 0.1) + &of(500, 0.2) + &of(1000, 0.3);
     let at = |frame: Option<u64>| parse_packing(all.as_bytes(), &PackingOptions { frame, ..PackingOptions::default() });
     assert_eq!(at(None).unwrap().packing.radii()[0], 0.3);
     assert!(at(None).unwrap().read_as.contains("time step 1000, the last of 3"));
     assert_eq!(at(Some(500)).unwrap().packing.radii()[0], 0.2);
-    assert!(at(Some(7)).unwrap_err().to_string().contains("there is no time step 7 in the dump; it has 0, 500 and 1000"));
+    assert!(
+        at(Some(7)).unwrap_err().to_string().contains("there is no time step 7 in the dump; it has 0, 500 and 1000")
+    );
     let cut = all.lines().take(all.lines().count() - 1).collect::<Vec<_>>().join("\n");
     let said = message(&cut, &options(None));
     assert!(said.contains("3 atoms are announced, 2 listed") && said.contains("frame = \"500\""), "{said}");
@@ -171,7 +278,9 @@ fn atoms_of_types_take_the_radii_that_are_given() {
         let reading = parse_packing(text.as_bytes(), &given).unwrap();
         assert_eq!(reading.packing.radii(), [0.25, 0.125, 0.25], "radii are in m");
         assert!((reading.packing.cell().unwrap() - Vector3::new(1e-3, 2e-3, 3e-3)).norm() < 1e-15);
-        assert!(reading.read_as.contains("radii by type, as given") && reading.notes[0].contains("wider than the cell"));
+        assert!(
+            reading.read_as.contains("radii by type, as given") && reading.notes[0].contains("wider than the cell")
+        );
         assert!(message(&text, &options(None)).contains("type_radii"), "{}", message(&text, &options(None)));
         let few = PackingOptions { type_radii: vec![0.125], ..PackingOptions::default() };
         assert!(message(&text, &few).contains("type \"2\" has no radius among the 1"));
@@ -182,7 +291,9 @@ fn atoms_of_types_take_the_radii_that_are_given() {
 
 #[test]
 fn data_files_of_every_style() {
-    let head = |title: &str, style: &str| format!("{title}\n\n3 atoms\n2 atom types\n\n-1 0 xlo xhi\n0 2 ylo yhi\n0 3 zlo zhi\n\nAtoms{style}\n\n");
+    let head = |title: &str, style: &str| {
+        format!("{title}\n\n3 atoms\n2 atom types\n\n-1 0 xlo xhi\n0 2 ylo yhi\n0 3 zlo zhi\n\nAtoms{style}\n\n")
+    };
     let sphere = rows(1.0, |n, [x, y, z, r]| format!("{n} 1 {} 2650 {} {y} {z}", 2.0 * r, x - 1.0));
     let bonded = rows(1.0, |n, [x, y, z, r]| format!("{n} 0 1 {} 2650 {} {y} {z} 0 0 0", 2.0 * r, x - 1.0));
     same(&read(head("LAMMPS data file", " # sphere") + &sphere, None), true, "sphere");
@@ -190,11 +301,19 @@ fn data_files_of_every_style() {
     let bpm = read(head("LAMMPS data file via write_data, units = si", " # bpm/sphere") + &bonded, None);
     same(&bpm, true, "bpm/sphere");
     assert_eq!(bpm.read_as, "LAMMPS data, atom style bpm/sphere, periodic box, lengths in m (units si)");
-    assert_eq!(bpm.columns_in_words(), "diameter as diameter, x as x, y as y, z as z; not taken: id, molecule, type, density");
+    assert_eq!(
+        bpm.columns_in_words(),
+        "diameter as diameter, x as x, y as y, z as z; not taken: id, molecule, type, density"
+    );
     let hybrid = message(head("t", " # hybrid sphere bond") + &sphere, &options(None));
-    assert!(hybrid.contains("line 10: the atom style is \"hybrid sphere bond\"; write the data with one style"), "{hybrid}");
+    assert!(
+        hybrid.contains("line 10: the atom style is \"hybrid sphere bond\"; write the data with one style"),
+        "{hybrid}"
+    );
     assert!(message(head("t", " # full") + &sphere, &options(None)).contains("\"full\""));
-    assert!(message(head("t", "") + &bonded, &options(None)).contains("11 entries of an atom, and no atom style is named"));
+    assert!(
+        message(head("t", "") + &bonded, &options(None)).contains("11 entries of an atom, and no atom style is named")
+    );
     let lj = head("LAMMPS data file via write_data, timestep = 0, units = lj", " # sphere") + &sphere;
     assert!(message(&lj, &options(None)).contains("units lj"));
 }
@@ -222,18 +341,38 @@ fn what_is_wrong_is_said_with_its_line() {
     let good = rows(1.0, plain);
     for (what, text, parts) in [
         ("twins", format!("{good}{good}"), &["line 4: the sphere has the centre of that in line 1"][..]),
-        ("twins over the border", "1 1 1\n0 0.5 0.5 0.1\n1 0.5 0.5 0.2\n".into(), &["line 3: the sphere has the centre of that in line 2"]),
+        (
+            "twins over the border",
+            "1 1 1\n0 0.5 0.5 0.1\n1 0.5 0.5 0.2\n".into(),
+            &["line 3: the sphere has the centre of that in line 2"],
+        ),
         ("zero", good.replace("0.25\n", "0\n"), &["line 2: the radius of sphere 2 is 0; give positive radii"]),
         ("negative", good.replace("0.25\n", "-0.25\n"), &["line 2: the radius of sphere 2 is -0.25"]),
         ("nan", good.replace("0.5 1.25", "nan 1.25"), &["line 2: \"nan\" is not a finite number"]),
         ("words", good.replace("1.25", "abc"), &["line 2: \"abc\" is not a finite number"]),
         ("short", good.replace(" 0.25\n", "\n"), &["line 2: 3 numbers where x y z r are expected"]),
         ("two cells", format!("1 2 3\n##PERIODIC:: 1 2 3\n{good}"), &["line 2: a second or late cell"]),
-        ("ids without radii", "1 2 3 4\n2 3 4 5\n3 4 5 6\n4 5 6 7\n".into(), &["x y z r, or number x y z without a radius"]),
-        ("five", "1.5 2 3 4 5\n".into(), &["five numbers per line may be x y z r and one more, or a number before x y z r"]),
+        (
+            "ids without radii",
+            "1 2 3 4\n2 3 4 5\n3 4 5 6\n4 5 6 7\n".into(),
+            &["x y z r, or number x y z without a radius"],
+        ),
+        (
+            "five",
+            "1.5 2 3 4 5\n".into(),
+            &["five numbers per line may be x y z r and one more, or a number before x y z r"],
+        ),
         ("both sizes", "x,y,z,r,d\n1,2,3,.1,.3\n".into(), &["line 2: radius and diameter are of two spheres"]),
-        ("two radii", "x,y,z,r,Radius\n1,2,3,.1,.3\n".into(), &["line 1: columns \"r\" and \"Radius\" may both be radius"]),
-        ("no size", "x,y,z,mass\n1,2,3,.1\n".into(), &["there is no column \"radius\" among \"x\", \"y\", \"z\" and \"mass\""]),
+        (
+            "two radii",
+            "x,y,z,r,Radius\n1,2,3,.1,.3\n".into(),
+            &["line 1: columns \"r\" and \"Radius\" may both be radius"],
+        ),
+        (
+            "no size",
+            "x,y,z,mass\n1,2,3,.1\n".into(),
+            &["there is no column \"radius\" among \"x\", \"y\", \"z\" and \"mass\""],
+        ),
         ("misspelt", "x,y,z,radus\n1,2,3,.1\n".into(), &["is \"radus\" meant?"]),
         ("no z", "x,y,r\n1,2,3\n".into(), &["line 1: there is no column \"z\""]),
         ("stresses", "x (GPa),y,z,r\n1,2,3,4\n".into(), &["column \"x (GPa)\"", "a length is needed"]),
@@ -248,5 +387,60 @@ fn what_is_wrong_is_said_with_its_line() {
     // Outside the cell is a periodic image, and said.
     let outside = read("##PERIODIC:: 1 2 3\n0.5 0.5 0.5 0.1\n1.5 -0.5 3.5 0.1\n", None);
     assert_eq!(outside.packing.centres()[1], Vector3::new(0.5, 1.5, 0.5));
-    assert_eq!(outside.notes, ["1 of 2 centres outside the cell, the first in line 3: it is taken to the periodic image inside"]);
+    assert_eq!(
+        outside.notes,
+        ["1 of 2 centres outside the cell, the first in line 3: it is taken to the periodic image inside"]
+    );
+}
+
+/// Whatever a file is, it is read to a packing that is written and read back the same, or refused with a message.
+#[test]
+fn damaged_files_are_read_or_refused() {
+    let three = rows(1.0, plain);
+    let vtk = "# vtk DataFile Version 3.0\nspheres\nASCII\nDATASET POLYDATA\nPOINTS 2 float\n0 0 0 1 1 1\nPOINT_DATA 2\nSCALARS radius float\nLOOKUP_TABLE default\n.1 .2\n";
+    let packing = read(format!("##PERIODIC:: 1 2 3\n{three}"), None).packing;
+    let own = |format: PackingFormat| packing_text(&packing, format);
+    let samples = [
+        dump(7, [0.0; 3], "pp pp pp", "id type x y z radius", &rows(1.0, |n, s| format!("{n} 1 {}", plain(n, s)))),
+        format!("#format x_y_z_r\n{three}"),
+        "sep=;\nx (mm);y (mm);z (mm);D (mm)\n1,5;2,5;3;1\n".into(),
+        vtk.into(),
+        own(PackingFormat::Text),
+        own(PackingFormat::Csv),
+        own(PackingFormat::Vtp),
+        own(PackingFormat::Lammps),
+    ];
+    // A fixed series of numbers (Knuth's multiplier).
+    let mut state = 20_261_201_u64;
+    let mut next = |below: usize| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize % below.max(1)
+    };
+    let pieces: [&[u8]; 12] =
+        [b"\n", b" ", b",", b";", b"-1", b"nan", b"1e308", b"#", b"ITEM: TIMESTEP\n", b"x", b"999999999999", b"\xff"];
+    let mut read = 0;
+    for sample in samples.iter().flat_map(|sample| std::iter::repeat_n(sample, 400)) {
+        let mut bytes = sample.clone().into_bytes();
+        for _ in 0..=next(4) {
+            let at = next(bytes.len());
+            match next(4) {
+                0 => bytes.truncate(at),
+                1 => drop(bytes.drain(at..(at + next(20)).min(bytes.len()))),
+                2 => drop(bytes.splice(at..at, pieces[next(pieces.len())].iter().copied())),
+                _ => bytes.iter_mut().skip(at).take(1).for_each(|b| *b = b"0123456789.- \nxe"[next(16)]),
+            }
+        }
+        match parse_packing(&bytes, &options(None)) {
+            Ok(reading) => {
+                read += 1;
+                for format in [PackingFormat::Text, PackingFormat::Csv, PackingFormat::Vtp, PackingFormat::Lammps] {
+                    let written = packing_text(&reading.packing, format);
+                    let again = parse_packing(written.as_bytes(), &options(None));
+                    assert_eq!(again.expect("what we write is read").packing, reading.packing, "{written}");
+                }
+            }
+            Err(e) => assert!(e.to_string().contains("; "), "{e}"),
+        }
+    }
+    assert!((100..3000).contains(&read), "{read} of 3200 are read");
 }

@@ -10,8 +10,11 @@ const POINTS: [[f64; 3]; 2] = [[0.25, 0.5, 0.75], [1.5, 1.25, 2.5]];
 const RADII: [f64; 2] = [0.125, 0.25];
 
 fn check(file: &[u8], words: &[&str]) {
-    let reading = parse_packing(file, &PackingOptions::default()).unwrap_or_else(|e| panic!("{e}\n{}", String::from_utf8_lossy(file)));
-    for ((x, r), (point, radius)) in reading.packing.centres().iter().zip(reading.packing.radii()).zip(POINTS.iter().zip(RADII)) {
+    let reading = parse_packing(file, &PackingOptions::default())
+        .unwrap_or_else(|e| panic!("{e}\n{}", String::from_utf8_lossy(file)));
+    for ((x, r), (point, radius)) in
+        reading.packing.centres().iter().zip(reading.packing.radii()).zip(POINTS.iter().zip(RADII))
+    {
         assert_eq!(([x.x, x.y, x.z], *r), (*point, radius));
     }
     assert_eq!(reading.packing.len(), 2);
@@ -36,14 +39,28 @@ fn flat() -> Vec<f64> {
 
 #[test]
 fn legacy_files() {
-    for (set, cells) in [("POLYDATA", "VERTICES 2 4\n1 0\n1 1\n"), ("UNSTRUCTURED_GRID", "CELLS 2 4\n1 0\n1 1\nCELL_TYPES 2\n1\n1\n")] {
-        let head = format!("# vtk DataFile Version 3.0\nspheres\nASCII\nDATASET {set}\nPOINTS 2 double\n{}\n{cells}", texts(flat()));
-        let scalars = format!("{head}POINT_DATA 2\nSCALARS mass float\nLOOKUP_TABLE default\n1 2\nSCALARS Radius float 1\nLOOKUP_TABLE default\n{}\n", texts(RADII));
+    for (set, cells) in
+        [("POLYDATA", "VERTICES 2 4\n1 0\n1 1\n"), ("UNSTRUCTURED_GRID", "CELLS 2 4\n1 0\n1 1\nCELL_TYPES 2\n1\n1\n")]
+    {
+        let head = format!(
+            "# vtk DataFile Version 3.0\nspheres\nASCII\nDATASET {set}\nPOINTS 2 double\n{}\n{cells}",
+            texts(flat())
+        );
+        let scalars = format!(
+            "{head}POINT_DATA 2\nSCALARS mass float\nLOOKUP_TABLE default\n1 2\nSCALARS Radius float 1\nLOOKUP_TABLE default\n{}\n",
+            texts(RADII)
+        );
         check(scalars.as_bytes(), &["legacy VTK", set, "in text", "radius from the point data \"Radius\""]);
-        let field = format!("{head}POINT_DATA 2\nFIELD FieldData 2\nvelocity 3 2 float\n0 0 0 1 1 1\nDiameter 1 2 double\n{}\n", texts(RADII.map(|r| 2.0 * r)));
+        let field = format!(
+            "{head}POINT_DATA 2\nFIELD FieldData 2\nvelocity 3 2 float\n0 0 0 1 1 1\nDiameter 1 2 double\n{}\n",
+            texts(RADII.map(|r| 2.0 * r))
+        );
         check(field.as_bytes(), &["diameter from the point data"]);
         refused(head.as_bytes(), "the points have no data");
-        refused(scalars.replace("Radius", "mass2").as_bytes(), "no array radius or diameter among \"mass\" and \"mass2\"");
+        refused(
+            scalars.replace("Radius", "mass2").as_bytes(),
+            "no array radius or diameter among \"mass\" and \"mass2\"",
+        );
         refused(scalars.replace("0.125", "nan").as_bytes(), "SCALARS at byte");
         refused(&scalars.as_bytes()[..scalars.len() - 8], "the numbers end before all are there");
     }
@@ -58,14 +75,19 @@ fn legacy_files() {
     assert!((reading.packing.radii()[1] - 0.25).abs() < 1e-9 && (reading.packing.centres()[1].x - 1.5).abs() < 1e-12);
     assert!(reading.read_as.contains("in binary") && reading.read_as.contains("lengths in mm"), "{}", reading.read_as);
     refused(&binary[..binary.len() - 5], "the numbers end before all are there");
-    refused(b"# vtk DataFile Version 3.0\nt\nASCII\nDATASET STRUCTURED_POINTS\n", "the data set is \"STRUCTURED_POINTS\"");
+    refused(
+        b"# vtk DataFile Version 3.0\nt\nASCII\nDATASET STRUCTURED_POINTS\n",
+        "the data set is \"STRUCTURED_POINTS\"",
+    );
 }
 
 fn base64(bytes: &[u8]) -> String {
     const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let one = |chunk: &[u8]| {
         let bits = chunk.iter().fold(0u32, |bits, b| bits << 8 | u32::from(*b)) << (8 * (3 - chunk.len()));
-        (0..4).map(|n| if n <= chunk.len() { LETTERS[(bits >> (18 - 6 * n) & 63) as usize] as char } else { '=' }).collect::<String>()
+        (0..4)
+            .map(|n| if n <= chunk.len() { LETTERS[(bits >> (18 - 6 * n) & 63) as usize] as char } else { '=' })
+            .collect::<String>()
     };
     bytes.chunks(3).map(one).collect()
 }

@@ -60,7 +60,9 @@ pub(super) fn packing(p: &PackingStatement) -> Result<Packing> {
             // Forces and times depend on what a length is.
             if read.unit_assumed {
                 let problem = format!("{} names no unit of length", path.display());
-                return Err(p.source_spot.wrong(problem, "add length_unit = \"m\", or that which is meant, to [packing]"));
+                return Err(p
+                    .source_spot
+                    .wrong(problem, "add length_unit = \"m\", or that which is meant, to [packing]"));
             }
             read.packing
         }

@@ -148,7 +148,11 @@ fn source(table: &Section, shapes: &Shapes, contact_radius: f64) -> Result<(Spot
         let options = PackingOptions {
             length_unit: table.get("length_unit").map(|v| v.text().map(String::from)).transpose()?,
             frame: table.get("frame").map(|v| v.whole(0)).transpose()?.map(|frame| frame as u64),
-            type_radii: table.get("type_radii").map(|v| v.quantities(Dimension::Length)).transpose()?.unwrap_or_default(),
+            type_radii: table
+                .get("type_radii")
+                .map(|v| v.quantities(Dimension::Length))
+                .transpose()?
+                .unwrap_or_default(),
         };
         return Ok((file.spot(), Source::File(shapes.path(file.text()?), options)));
     }

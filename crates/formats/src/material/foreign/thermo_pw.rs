@@ -32,9 +32,16 @@ pub(super) fn read(source: &Source) -> Option<Result<Found>> {
 
 fn of(source: &Source, square: &Square) -> Option<Result<Found>> {
     let own = StressUnit { name: "kbar".into(), size: Dimension::Stress.unit("kbar").ok()? };
-    Some(settled(source, &[own], square.largest()).and_then(|unit| {
-        let (stiffness, done) = square.stiffness(unit.size, Order::Voigt)?;
-        let order = Order::Voigt.words();
-        Ok(Found::new(stiffness, format!("thermo_pw's output_el_cons.dat, above its inverse, {}, order {order}{done}", unit.name)))
-    }).map_err(|e| e.at(source.place)))
+    Some(
+        settled(source, &[own], square.largest())
+            .and_then(|unit| {
+                let (stiffness, done) = square.stiffness(unit.size, Order::Voigt)?;
+                let order = Order::Voigt.words();
+                Ok(Found::new(
+                    stiffness,
+                    format!("thermo_pw's output_el_cons.dat, above its inverse, {}, order {order}{done}", unit.name),
+                ))
+            })
+            .map_err(|e| e.at(source.place)),
+    )
 }

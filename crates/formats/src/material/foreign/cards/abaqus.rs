@@ -47,7 +47,8 @@ fn deck(source: &Source) -> Result<Found> {
                 cards.iter().take(8).map(|c| format!("{} (line {})", c.material, c.line)).collect();
             let problem = format!("there are {} *ELASTIC cards: {}", cards.len(), enumeration(&names));
             let first = cards.first().map_or("", |card| card.material.as_str());
-            let remedy = Wording::from("choose one with ").choice("row", first).words(", or give one material by itself");
+            let remedy =
+                Wording::from("choose one with ").choice("row", first).words(", or give one material by itself");
             return Err(Error::input(problem, remedy));
         }
     };
@@ -74,7 +75,8 @@ pub(in super::super) fn only(text: &str, row: &str) -> Option<Result<String>> {
     if !lines.iter().any(|line| is_card(line)) {
         return None;
     }
-    let starts: Vec<(usize, String)> = lines.iter().enumerate().filter_map(|(n, line)| Some((n, name_of(line)?))).collect();
+    let starts: Vec<(usize, String)> =
+        lines.iter().enumerate().filter_map(|(n, line)| Some((n, name_of(line)?))).collect();
     let end = |which: usize| starts.get(which + 1).map_or(lines.len(), |next| next.0);
     let of_line = row.strip_prefix("line:").and_then(|line| line.trim().parse::<usize>().ok());
     let called = |which: &usize| match of_line {
@@ -89,11 +91,16 @@ pub(in super::super) fn only(text: &str, row: &str) -> Option<Result<String>> {
             let is_kept = |n: usize| kept.contains(&n) || lines[n].trim_start().starts_with("**");
             Ok((0..lines.len()).map(|n| if is_kept(n) { lines[n] } else { "" }).collect::<Vec<_>>().join("\n"))
         }
-        [] => Err(Error::input(format!("there is no material {}", quoted(row)), suggestion(&row.to_uppercase(), &names))),
+        [] => {
+            Err(Error::input(format!("there is no material {}", quoted(row)), suggestion(&row.to_uppercase(), &names)))
+        }
         _ => {
             let at: Vec<String> = found.iter().map(|which| (starts[*which].0 + 1).to_string()).collect();
             let problem = format!("{} materials are called {}, in lines {}", at.len(), quoted(row), enumeration(&at));
-            Err(Error::input(problem, Wording::from("choose one by its line, as ").choice("row", format!("line:{}", at[0]))))
+            Err(Error::input(
+                problem,
+                Wording::from("choose one by its line, as ").choice("row", format!("line:{}", at[0])),
+            ))
         }
     })
 }
