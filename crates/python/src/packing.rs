@@ -8,7 +8,7 @@ use anisobond::lattice::generate::{
 };
 use anisobond::lattice::{Packing as Spheres, contacts};
 use anisobond_cli::describe;
-use anisobond_formats::{PackingColumn, PackingOptions, read_packing, read_packing_as, write_packing};
+use anisobond_formats::{PackingColumn, PackingOptions, read_packing_as, write_packing};
 use nalgebra::Vector3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
@@ -18,7 +18,7 @@ use serde_json::Value;
 
 use crate::convert;
 use crate::report::{Report, number, table};
-use crate::work::{Beat, OrRaise, background, watched, wrong};
+use crate::work::{Beat, OrRaise, background, warned, watched, wrong};
 
 /// Spheres: `centres` (N, 3) and `radii` (N,), or one radius, in m; `cell` has the edges of the periodic cell, or is None.
 ///
@@ -53,7 +53,9 @@ pub fn packing(given: &Bound<'_, PyAny>) -> PyResult<Spheres> {
         Ok(packing) => Ok(packing.get().spheres.clone()),
         Err(_) => {
             let path = convert::path(given)?;
-            background(given.py(), move || read_packing(path))
+            let read = background(given.py(), move || read_packing_as(path, &PackingOptions::default()))?;
+            warned(given.py(), &read.notes)?;
+            Ok(read.packing)
         }
     }
 }
@@ -130,7 +132,7 @@ impl Packing {
     /// Read a packing, its format known by what stands in the file: lists and tables of x y z r, LAMMPS dumps and data, VTK.
     /// `length_unit` ("mm") is that of a file that names none, `frame` the time step of a dump [the last], `type_radii` the
     /// radii of the types 1, 2, … of a LAMMPS file without radii ("1 mm,2 mm"). What was taken for what is in `read_as` and
-    /// `columns`.
+    /// `columns`; what to know beside it, as a unit that nothing names, is a Python warning and in `notes`.
     #[staticmethod]
     #[pyo3(signature = (path, *, length_unit=None, frame=None, type_radii=None))]
     fn read(
@@ -146,6 +148,7 @@ impl Packing {
             options = options.with_type_radii(radii).or_raise()?;
         }
         let read = background(py, move || read_packing_as(path, &options))?;
+        warned(py, &read.notes)?;
         let mut packing = Packing::plain(read.packing);
         packing.read_as = Some((read.read_as, read.columns, read.notes));
         Ok(packing)

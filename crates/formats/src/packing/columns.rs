@@ -49,7 +49,7 @@ impl Role {
                     || name.strip_suffix(word).is_some_and(|rest| rest == letter)
             };
             let numbered = |word: &&str| name.strip_prefix(word).is_some_and(|rest| rest == ["0", "1", "2"][axis]);
-            if OF_LETTER.iter().any(|w| lettered(&w)) || OF_NUMBER.iter().any(|w| numbered(&w)) {
+            if OF_LETTER.iter().any(lettered) || OF_NUMBER.iter().any(numbered) {
                 return Some(Role::Centre(axis));
             }
         }

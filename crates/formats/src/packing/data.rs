@@ -254,7 +254,7 @@ impl Reading<'_> {
         let named = if self.named_style.is_some() { "" } else { ", as seven numbers of an atom are mostly meant" };
         let own_radii = style.at("diameter").is_none();
         let of_types = if own_radii { ", radii by type, as given" } else { "" };
-        let boundary = if cell.is_some() { "periodic box" } else { "box that is not periodic" };
+        let boundary = if cell.is_some() { "the box taken as the periodic cell" } else { "box that is not periodic" };
         let format = format!("LAMMPS data, atom style {}{named}{of_types}, {boundary}", style.name);
         let mut found = Found::new(format, lengths);
         (found.cell, found.corner, found.columns) = (cell, low, style.said());

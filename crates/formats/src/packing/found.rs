@@ -235,7 +235,9 @@ impl Found {
 /// The unit of length that words name in brackets or behind "unit", as "(mm)", "[m]", "units = si": its name and its size (m).
 pub(super) fn unit_in_words(text: &str) -> Option<(String, f64)> {
     let known = |name: &str| {
+        // Among words these two are mostly none.
         let name = name.trim().trim_end_matches(['.', ',', ';']);
+        let name = Some(name).filter(|name| !["A", "in"].contains(name))?;
         Dimension::Length.unit(name).ok().map(|size| (name.to_string(), size))
     };
     let bracketed = text.split(['(', '[']).skip(1).find_map(|piece| known(piece.split([')', ']']).next()?));
@@ -259,5 +261,6 @@ mod tests {
         assert_eq!(size("Units: um"), Some(1e-6));
         assert_eq!(size("made in a hurry, as is usual"), None);
         assert_eq!(size("sample (dry)"), None);
+        assert_eq!(size("sample (A)"), None);
     }
 }

@@ -300,7 +300,10 @@ fn data_files_of_every_style() {
     same(&read(head("LAMMPS data file", "") + &sphere, None), true, "no style");
     let bpm = read(head("LAMMPS data file via write_data, units = si", " # bpm/sphere") + &bonded, None);
     same(&bpm, true, "bpm/sphere");
-    assert_eq!(bpm.read_as, "LAMMPS data, atom style bpm/sphere, periodic box, lengths in m (units si)");
+    assert_eq!(
+        bpm.read_as,
+        "LAMMPS data, atom style bpm/sphere, the box taken as the periodic cell, lengths in m (units si)"
+    );
     assert_eq!(
         bpm.columns_in_words(),
         "diameter as diameter, x as x, y as y, z as z; not taken: id, molecule, type, density"
