@@ -9,6 +9,7 @@ mod dump;
 mod found;
 mod list;
 mod numbers;
+mod pfc;
 mod table;
 mod vtk_arrays;
 mod vtk_legacy;
@@ -105,11 +106,12 @@ impl Source<'_> {
 type Reader = fn(&Source) -> Option<Result<Found>>;
 
 /// Every format; one that says more of itself stands before one that says less.
-const FORMATS: [(&str, Reader); 6] = [
+const FORMATS: [(&str, Reader); 7] = [
     ("VTK XML, PolyData or UnstructuredGrid (.vtp, .vtu)", vtk_xml::read),
     ("legacy VTK (.vtk)", vtk_legacy::read),
     ("LAMMPS dumps", dump::read),
     ("LAMMPS data", data::read),
+    ("PFC's commands that make balls", pfc::read),
     ("tables with headings such as x,y,z,radius", table::read),
     ("lists of x y z r (Yade, Woo)", list::read),
 ];

@@ -35,6 +35,25 @@ fn comma(text: &str) -> String {
     text.replace('.', ",")
 }
 
+#[test]
+fn commands_of_pfc() {
+    let of = |row: &dyn Fn(usize, [f64; 4]) -> String| format!("; a sample\nmodel new\n{}", rows(1.0, row));
+    for text in [
+        of(&|n, [x, y, z, r]| format!("ball create id {n} position ({x}, {y}, {z}) radius {r} group 'a'")),
+        of(&|n, [x, y, z, r]| format!("BALL ID={n} X={x} Y={y} Z={z} RAD={r}")),
+        of(&|n, [x, y, z, r]| format!("ball create radius {r} x {x} y {y} z {z} id {n} ; {n}")),
+    ] {
+        let reading = read(&text, None);
+        same(&reading, false, "pfc");
+        assert_eq!(reading.columns[2].column, "id");
+        assert_eq!(reading.columns[2].taken_for, "nothing");
+        assert_eq!(reading.notes[0], "1 other commands are passed over, the first in line 2");
+        assert_eq!(read(text.replace("; a sample", "; in (mm)"), None).packing.radii()[0], 0.125e-3);
+        assert!(message(text.replace("0.125", "x"), &options(None)).contains("line 3: \"x\" is not a finite number"));
+    }
+    assert!(message("ball create id 1 position 1 2 3 density 2600\n", &options(None)).contains("no radius"));
+}
+
 /// A dump of one time step; its rows by a function, its box from `low`.
 fn dump(step: u64, low: [f64; 3], boundary: &str, columns: &str, rows: &str) -> String {
     let bounds: String = (0..3).map(|a| format!("{} {}\n", low[a], low[a] + [1.0, 2.0, 3.0][a])).collect();
