@@ -1,6 +1,6 @@
 //! Packings in files: known by what stands in them when they are read, by the ending of their name when they are written.
 //!
-//! One file per format; [`FORMATS`] has a line for each. A reader answers `None` where a file is none of its own, and an error where
+//! One file per format; `FORMATS` has a line for each. A reader answers `None` where a file is none of its own, and an error where
 //! it is and something is wrong or may be read in two ways. Every number is written so that it reads back to the same bits.
 
 mod columns;
