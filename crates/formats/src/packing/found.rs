@@ -223,7 +223,7 @@ impl Found {
             let counted = |x: f64| Some((x / step).round()).filter(|steps| steps.is_finite()).unwrap_or(x) + 0.0;
             let key = [x.x, x.y, x.z].map(|x| counted(x).to_bits());
             if let Some(first) = seen.insert(key, n) {
-                let problem = format!("the sphere has the centre of that in {}", self.places.of(first));
+                let problem = format!("the sphere has the same centre as that in {}", self.places.of(first));
                 let error = Error::input(problem, "remove one of the two, for no bond is between them");
                 return Err(error.at(self.places.of(n)));
             }

@@ -362,11 +362,11 @@ fn lengths_without_a_unit_are_asked_back_where_metres_are_absurd() {
 fn what_is_wrong_is_said_with_its_line() {
     let good = rows(1.0, plain);
     for (what, text, parts) in [
-        ("twins", format!("{good}{good}"), &["line 4: the sphere has the centre of that in line 1"][..]),
+        ("twins", format!("{good}{good}"), &["line 4: the sphere has the same centre as that in line 1"][..]),
         (
             "twins over the border",
             "1 1 1\n0 0.5 0.5 0.1\n1 0.5 0.5 0.2\n".into(),
-            &["line 3: the sphere has the centre of that in line 2"],
+            &["line 3: the sphere has the same centre as that in line 2"],
         ),
         ("zero", good.replace("0.25\n", "0\n"), &["line 2: the radius of sphere 2 is 0; give positive radii"]),
         ("negative", good.replace("0.25\n", "-0.25\n"), &["line 2: the radius of sphere 2 is -0.25"]),
@@ -426,6 +426,7 @@ fn damaged_files_are_read_or_refused() {
         dump(7, [0.0; 3], "pp pp pp", "id type x y z radius", &rows(1.0, |n, s| format!("{n} 1 {}", plain(n, s)))),
         format!("#format x_y_z_r\n{three}"),
         "sep=;\nx (mm);y (mm);z (mm);D (mm)\n1,5;2,5;3;1\n".into(),
+        "; a sample (mm)\nball create id 1 position (1, 2, 3) radius .1\nball create x 1 y 1 z 1 rad .2\n".into(),
         vtk.into(),
         own(PackingFormat::Text),
         own(PackingFormat::Csv),
@@ -464,5 +465,5 @@ fn damaged_files_are_read_or_refused() {
             Err(e) => assert!(e.to_string().contains("; "), "{e}"),
         }
     }
-    assert!((100..3000).contains(&read), "{read} of 3200 are read");
+    assert!((100..3000).contains(&read), "{read} of 3600 are read");
 }
