@@ -19,18 +19,20 @@ use anisobond::solver::Watch;
 use anisobond::tensor::{Material, Stiffness};
 use anisobond::{Error, Result};
 use anisobond_formats::inputs::{Inputs, recorded};
-use anisobond_formats::{find_material, json_value, parse_angle, parse_stress, parse_vector, read_packing};
+use anisobond_formats::{
+    PackingOptions, find_material, json_value, parse_angle, parse_stress, parse_vector, read_packing_as,
+};
 use anisobond_plot::{Chart, StiffnessRow, stiffness_chart};
 
 /// The parameters of an element test's job.
 ///
-/// `packing` (a file; required), `contact_radius` (required); `material` (a name or a file) or `c11`, `c33`, `c13`, `c12` with
+/// `packing` (a file; required), with `length_unit`, `frame` and `type_radii` where it leaves them open; `contact_radius` (required); `material` (a name or a file) or `c11`, `c33`, `c13`, `c12` with
 /// units; `strike` and `dip` (degrees) or `axis` ("x,y,z"); `rotations` (free, blocked); `method` (static, dynamic) and
 /// `strain` (of a dynamic test); `model` (central, micropolar, hybrid) and `correct` (general, elliptic, no).
 #[rustfmt::skip]
-pub const PARAMETERS: [&str; 15] = [
+pub const PARAMETERS: [&str; 18] = [
     "packing", "contact_radius", "material", "c11", "c33", "c13", "c12", "axis", "strike", "dip", "rotations", "method",
-    "strain", "model", "correct",
+    "strain", "model", "correct", "length_unit", "frame", "type_radii",
 ];
 
 /// The files that the jobs of a table need, read once.
@@ -52,11 +54,12 @@ impl ElementSweep {
         let mut sweep = ElementSweep { packings: HashMap::new(), materials: HashMap::new(), read: HashMap::new() };
         for job in table.jobs() {
             let placed = |e: Error| e.at(format!("{}, {}", table.file(), job.place));
-            let packing = required_text(job, "packing").map_err(placed)?;
-            if !sweep.packings.contains_key(packing) {
-                let (found, read) = recorded(|| read_packing(from(&folder, packing)));
-                sweep.packings.insert(packing.into(), found.map_err(placed)?);
-                sweep.read.insert(packing.into(), read);
+            let (key, options) = spheres(job).map_err(placed)?;
+            if !sweep.packings.contains_key(&key) {
+                let path = from(&folder, required_text(job, "packing").map_err(placed)?);
+                let (found, read) = recorded(|| read_packing_as(path, &options));
+                sweep.packings.insert(key.clone(), found.map_err(placed)?.packing);
+                sweep.read.insert(key, read);
             }
             if let Some(name) = job.get("material").and_then(Value::text)
                 && !sweep.materials.contains_key(name)
@@ -86,7 +89,7 @@ impl ElementSweep {
         let material = self.material(job)?;
         let axis = anisotropy_axis(&material.stiffness);
         let contact_radius = number(job, "contact_radius")?.ok_or_else(|| missing("contact_radius"))?;
-        let packing = self.packings.get(required_text(job, "packing")?).ok_or_else(|| missing("packing"))?;
+        let packing = self.packings.get(&spheres(job)?.0).ok_or_else(|| missing("packing"))?;
         // The sweep runs its jobs side by side; each on one thread.
         let rotations = rotations(job)?;
         let test = ElementTest { rotations, threads: false, watch: watch.clone(), ..ElementTest::default() };
@@ -106,8 +109,9 @@ impl ElementSweep {
 
     /// The files that a job's parameters name, by content.
     pub fn inputs(&self, job: &Job) -> Inputs {
-        let named = ["packing", "material"].into_iter().filter_map(|name| self.read.get(job.get(name)?.text()?));
-        named.fold(Inputs::default(), Inputs::with)
+        let packing = spheres(job).ok().and_then(|(key, _)| self.read.get(&key));
+        let material = job.get("material").and_then(Value::text).and_then(|name| self.read.get(name));
+        packing.into_iter().chain(material).fold(Inputs::default(), Inputs::with)
     }
 
     /// The material, turned to the job's axis.
@@ -262,6 +266,23 @@ fn model(job: &Job) -> Result<Model> {
         Some("central") => Ok(Model::Central),
         Some("hybrid") => Ok(Model::Hybrid),
         Some(other) => Err(Error::input(format!("model = {other:?}"), "use central, micropolar or hybrid")),
+    }
+}
+
+/// What is said of a job's spheres, and how their file is read.
+fn spheres(job: &Job) -> Result<(String, PackingOptions)> {
+    let word = |name: &str| job.get(name).map_or(String::new(), Value::to_string);
+    let key = ["packing", "length_unit", "frame", "type_radii"].map(word).join("\n");
+    required_text(job, "packing")?;
+    let frame = number(job, "frame")?.map(|frame| match frame {
+        frame if frame >= 0.0 && frame.fract() == 0.0 && frame < 9e15 => Ok(frame as u64),
+        frame => Err(Error::input(format!("frame = {frame}"), "give a time step of the dump, as 5000")),
+    });
+    let length_unit = job.get("length_unit").map(Value::to_string);
+    let options = PackingOptions { length_unit, frame: frame.transpose()?, ..PackingOptions::default() };
+    match job.get("type_radii") {
+        None => Ok((key, options)),
+        Some(radii) => Ok((key, options.with_type_radii(&radii.to_string()).map_err(|e| e.at("type_radii"))?)),
     }
 }
 

@@ -12,22 +12,25 @@ use anisobond::tensor::{Material, Stiffness};
 use anisobond_app::lattice_report::Checks;
 use anisobond_app::report::Voigt;
 use anisobond_app::{ElementTestReport, LatticeReport};
+use anisobond_formats::PackingReading;
 use nalgebra::Vector3;
 
+use crate::pack::read_words;
 use crate::waiting::watched;
 use crate::{Ending, args, folder, grid_test, report, text};
 
 pub fn run(args: &args::Lattice) -> Result<Ending> {
-    let (material, study) = study(&args.packing, &args.material, &args.bonds, Rotations::Free)?;
+    let Planned { material, study, read } =
+        study(&args.packing, &args.file, &args.material, &args.bonds, Rotations::Free)?;
     let report = LatticeReport::new(&material, &study)?;
     if let Some(folder) = &args.output {
         folder::write(folder, &anisobond_app::lattice_files(&material, &study, &report)?, args.force)?;
         report::beside(args.report, folder)?;
     }
     if args.json {
-        text::print_json(&report)?;
+        text::print_json(&with_reading(&report, &read)?)?;
     } else {
-        text::print(&describe_lattice(&report))?;
+        text::print(&(read_words(&read) + &describe_lattice(&report)))?;
     }
     Ok(Ending::Done)
 }
@@ -35,7 +38,7 @@ pub fn run(args: &args::Lattice) -> Result<Ending> {
 pub fn test(args: &args::ElementTest) -> Result<Ending> {
     let rotations = if args.rotations == args::RotationsName::Free { Rotations::Free } else { Rotations::Blocked };
     let Some(packing) = &args.packing else { return grid_test::run(args, rotations) };
-    let (material, study) = study(packing, &args.material, &args.bonds, rotations)?;
+    let Planned { material, study, read } = study(packing, &args.file, &args.material, &args.bonds, rotations)?;
     let report = match args.method {
         args::MethodName::Static => {
             let test = ElementTest { rotations, ..ElementTest::default() };
@@ -61,9 +64,9 @@ pub fn test(args: &args::ElementTest) -> Result<Ending> {
         report::beside(args.report, folder)?;
     }
     if args.json {
-        text::print_json(&report)?;
+        text::print_json(&with_reading(&report, &read)?)?;
     } else {
-        text::print(&describe_test(&report))?;
+        text::print(&(read_words(&read) + &describe_test(&report)))?;
     }
     if !report.solver.converged {
         eprintln!(
@@ -110,14 +113,31 @@ fn plan(args: &args::BondArgs, test: ElementTest) -> LatticePlan {
     LatticePlan::new(model(args.model, Model::Micropolar), correct, test)
 }
 
+/// A report with what the packing's file was taken for.
+fn with_reading(report: &impl serde::Serialize, read: &PackingReading) -> Result<serde_json::Value> {
+    let mut document = anisobond_formats::json_value(report)?;
+    document["packing_read_as"] = read.read_as.clone().into();
+    document["packing_columns"] = anisobond_formats::json_value(&read.columns)?;
+    document["packing_notes"] = read.notes.clone().into();
+    Ok(document)
+}
+
+/// A lattice, its material, and what its packing's file was taken for.
+struct Planned {
+    material: Material,
+    study: LatticeStudy,
+    read: PackingReading,
+}
+
 fn study(
     packing: &Path,
+    file: &args::SphereFileArgs,
     material: &str,
     args: &args::BondArgs,
     rotations: Rotations,
-) -> Result<(Material, LatticeStudy)> {
+) -> Result<Planned> {
     let mut material = args.table.find(material)?.material;
-    let packing = anisobond_formats::read_packing(packing)?;
+    let read = file.read(packing)?;
     if let Some(given) = &args.axis {
         let axis = match given.contains(':') {
             true => anisobond_formats::parse_orientation(given).map_err(|e| e.at("--axis"))? * Vector3::z(),
@@ -128,7 +148,7 @@ fn study(
     let axis = anisotropy_axis(&material.stiffness);
     let study = watched(|watch| {
         let plan = plan(args, ElementTest { rotations, watch: watch.clone(), ..ElementTest::default() });
-        LatticeStudy::planned(packing, &material.stiffness, &axis, args.contact_radius, &plan)
+        LatticeStudy::planned(read.packing.clone(), &material.stiffness, &axis, args.contact_radius, &plan)
     })?;
     if let Some(fit) = study.fit
         && fit.distance > 1e-6
@@ -139,7 +159,7 @@ fn study(
             text::number(100.0 * fit.distance)
         );
     }
-    Ok((material, study))
+    Ok(Planned { material, study, read })
 }
 
 /// A lattice, and its tensors side by side.

@@ -8,14 +8,14 @@ use anisobond::lattice::generate::{
 };
 use anisobond::lattice::{Packing, PackingStatistics};
 use anisobond::{Error, Result};
-use anisobond_formats::{parse_length, read_packing, write_packing};
+use anisobond_formats::{PackingReading, parse_length, write_packing};
 use indicatif::ProgressBar;
 use serde_json::json;
 
 use crate::{Ending, args, text};
 
 pub fn run(args: &args::Pack) -> Result<Ending> {
-    let (packing, report) = packing(args)?;
+    let Made { packing, report, read } = packing(args)?;
     let statistics = packing.statistics(args.contact_radius.unwrap_or(1.0))?;
     // Where nobody says at which radius bonds will be made: those of the commands that make them.
     let usual = args::USUAL_CONTACT_RADIUS;
@@ -31,7 +31,13 @@ pub fn run(args: &args::Pack) -> Result<Ending> {
         let bonds = bonds.map(
             |b| json!({"contact_radius": b.contact_radius, "contacts": b.contacts, "coordination": b.coordination}),
         );
-        text::print_json(&json!({ "statistics": statistics, "bonds": bonds, "generation": generation }))?;
+        let mut document = json!({ "statistics": statistics, "bonds": bonds, "generation": generation });
+        if let Some(read) = &read {
+            document["read_as"] = read.read_as.clone().into();
+            document["columns"] = json!(read.columns);
+            document["notes"] = json!(read.notes);
+        }
+        text::print_json(&document)?;
     } else {
         let bonds = bonds.map_or(String::new(), |b| {
             format!(
@@ -41,7 +47,8 @@ pub fn run(args: &args::Pack) -> Result<Ending> {
                 text::number(b.coordination.mean)
             )
         });
-        text::print(&(describe(&statistics) + &bonds))?;
+        let read = read.as_ref().map_or(String::new(), read_words);
+        text::print(&(read + &describe(&statistics) + &bonds))?;
     }
     match report {
         Some(r) if r.outcome != Outcome::Reached => {
@@ -52,12 +59,29 @@ pub fn run(args: &args::Pack) -> Result<Ending> {
     }
 }
 
-type Made = (Packing, Option<anisobond::lattice::generate::GenerationReport>);
+/// A packing, how it came about if it is random, and what its file was taken for if it was read.
+struct Made {
+    packing: Packing,
+    report: Option<anisobond::lattice::generate::GenerationReport>,
+    read: Option<PackingReading>,
+}
+
+impl Made {
+    fn crystal(packing: Packing) -> Self {
+        Made { packing, report: None, read: None }
+    }
+}
+
+/// What a file was taken for, in words.
+pub fn read_words(read: &PackingReading) -> String {
+    text::wrapped("read as           ", &read.read_as) + &text::wrapped("columns           ", &read.columns_in_words())
+}
 
 /// The packing that the flags ask for, and how it came about if it is random.
 fn packing(args: &args::Pack) -> Result<Made> {
     if let Some(path) = &args.packing {
-        return Ok((read_packing(path)?, None));
+        let read = args.file.read(path)?;
+        return Ok(Made { packing: read.packing.clone(), report: None, read: Some(read) });
     }
     let (radius, _) = text::length(&args.radius, "--radius")?;
     if let Some(kind) = args.crystal {
@@ -71,7 +95,7 @@ fn packing(args: &args::Pack) -> Result<Made> {
         let Some(cells) = cells.and_then(|cells| <[usize; 3]>::try_from(cells).ok()) else {
             return Err(Error::input(format!("--cells {}", args.cells), "give three whole numbers as 4,4,4"));
         };
-        return Ok((crystal(kind, radius, cells, args.perturb, args.seed)?, None));
+        return crystal(kind, radius, cells, args.perturb, args.seed).map(Made::crystal);
     }
     let extent = match (&args.number, &args.cell) {
         (Some(number), _) => Extent::Number(*number),
@@ -100,7 +124,7 @@ fn packing(args: &args::Pack) -> Result<Made> {
         ControlFlow::Continue(())
     })?;
     spinner.finish_and_clear();
-    Ok((generated.packing, Some(generated.report)))
+    Ok(Made { packing: generated.packing, report: Some(generated.report), read: None })
 }
 
 fn edges(cell: &str) -> Result<[f64; 3]> {

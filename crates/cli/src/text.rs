@@ -21,9 +21,11 @@ pub fn sentence(error: &Error) -> String {
 }
 
 fn flag(choice: &Choice) -> String {
+    let name = choice.name.replace('_', "-");
     match choice.value.as_str() {
-        "" => format!("--{}", choice.name),
-        value => format!("--{} {value}", choice.name),
+        "" => format!("--{name}"),
+        value if value.contains(' ') => format!("--{name} '{value}'"),
+        value => format!("--{name} {value}"),
     }
 }
 

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::table::Row;
+use crate::tree::read_text;
 use crate::words::{enumeration, nearest};
 use crate::{Reading, read_reading, read_table};
 use anisobond::tensor::Material;
@@ -41,7 +42,7 @@ pub fn find_material(name_or_path: &str, row: Option<&str>, unit: Option<&str>) 
 ///
 /// # Errors
 /// Neither a name nor a file, with the nearest name; what the file's reader refuses; a table of several without `row`, or a
-/// `row` that is not in it, or several times; a `row` for something that is no table; a `unit` for a built-in material.
+/// `row` that is not in it, or several times (of a deck of Abaqus `row` is the name of a material); a `row` for something that is no table; a `unit` for a built-in material.
 pub fn find_reading(name_or_path: &str, row: Option<&str>, unit: Option<&str>) -> Result<Reading> {
     let path = Path::new(name_or_path);
     let leave_out = |name: &'static str, what: &str| {
@@ -68,10 +69,11 @@ pub fn find_reading(name_or_path: &str, row: Option<&str>, unit: Option<&str>) -
         return builtin_material(name_or_path).and_then(of_builtin);
     }
     if !crate::is_table(path) {
-        if row.is_some() {
-            return leave_out("row", &format!("tables of materials, and {name_or_path} is one material"));
-        }
-        return read_reading(path, unit);
+        let Some(row) = row else { return read_reading(path, unit) };
+        return match crate::material::foreign::of_row(&read_text(path)?, row) {
+            Some(text) => crate::parse_reading(&text.map_err(|e| e.at(name_or_path))?, name_or_path, unit),
+            None => leave_out("row", &format!("tables of materials, and {name_or_path} is one material")),
+        };
     }
     let mut rows = read_table(path, unit)?.rows;
     match row {

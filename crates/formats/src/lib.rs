@@ -30,7 +30,10 @@ pub use json::{json_file, json_text, json_value};
 pub use lattice_bonds::{lattice_bonds_csv, lattice_vtp, network_bonds_csv};
 pub use material::{Reading, material_text, parse_class, parse_material, parse_reading, read_material, read_reading};
 pub use orientation::{Orientation, parse_orientation, smallest_rotation};
-pub use packing::{PackingFormat, packing_text, parse_packing, read_packing, write_packing};
+pub use packing::{
+    PackingColumn, PackingFormat, PackingOptions, PackingReading, packing_text, parse_packing, read_packing,
+    read_packing_as, write_packing,
+};
 pub use pairs::{find_influence, read_influence, read_pairs};
 pub use stl::{parse_stl, read_stl};
 pub use table::{Row, Table, is_table, parse_table, read_table};

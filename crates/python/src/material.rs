@@ -16,7 +16,7 @@ pub fn material(given: &Bound<'_, PyAny>) -> PyResult<Material> {
     read(given, None, None)
 }
 
-/// A material in a unit (of arrays and of other packages' tensors), 6×6 arrays in an order.
+/// A material in a unit (of arrays, of other packages' tensors, and of files that name none), 6×6 arrays in an order.
 pub fn read(given: &Bound<'_, PyAny>, unit: Option<&str>, order: Option<&str>) -> PyResult<Material> {
     let py = given.py();
     let keywords = [("unit", unit.is_some()), ("order", order.is_some())];
@@ -34,13 +34,19 @@ pub fn read(given: &Bound<'_, PyAny>, unit: Option<&str>, order: Option<&str>) -
         return of_keys(keys);
     }
     if given.hasattr("__fspath__")? || given.extract::<String>().is_ok() {
-        refuse(&[], "a name or a file, whose numbers have units and an order of their own", "leave it out")?;
         let path = convert::path(given)?;
-        if path.is_file() && anisobond_formats::is_table(&path) {
+        let file = path.is_file();
+        let what = if file {
+            "a file, which has an order of its own"
+        } else {
+            "a name, whose numbers have units of their own"
+        };
+        refuse(if file { &["unit"] } else { &[] }, what, "leave it out")?;
+        if file && anisobond_formats::is_table(&path) {
             let remedy = "give it to calibrate_table, or one of its rows as an array";
             return Err(wrong(format!("{} is a table of materials", path.display()), remedy));
         }
-        return anisobond_formats::find_material(&path.to_string_lossy(), None, None).or_raise();
+        return anisobond_formats::find_material(&path.to_string_lossy(), None, unit).or_raise();
     }
     let known = py.import("anisobond._interop")?.getattr("recognise")?.call1((given,))?;
     if !known.is_none() {

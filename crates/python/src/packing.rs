@@ -8,7 +8,7 @@ use anisobond::lattice::generate::{
 };
 use anisobond::lattice::{Packing as Spheres, contacts};
 use anisobond_cli::describe;
-use anisobond_formats::{read_packing, write_packing};
+use anisobond_formats::{PackingColumn, PackingOptions, read_packing_as, write_packing};
 use nalgebra::Vector3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
@@ -18,7 +18,7 @@ use serde_json::Value;
 
 use crate::convert;
 use crate::report::{Report, number, table};
-use crate::work::{Beat, OrRaise, background, watched, wrong};
+use crate::work::{Beat, OrRaise, background, warned, watched, wrong};
 
 /// Spheres: `centres` (N, 3) and `radii` (N,), or one radius, in m; `cell` has the edges of the periodic cell, or is None.
 ///
@@ -29,6 +29,8 @@ pub struct Packing {
     pub spheres: Spheres,
     /// How a random packing came about: outcome, message, trials, iterations, statistics.
     generated: Option<Value>,
+    /// What its file was taken for: as a whole, column by column, and what to know of it.
+    read_as: Option<(String, Vec<PackingColumn>, Vec<String>)>,
     centres: PyOnceLock<Py<PyArrayDyn<f64>>>,
     radii: PyOnceLock<Py<PyArrayDyn<f64>>>,
     cell: PyOnceLock<Py<PyArrayDyn<f64>>>,
@@ -37,7 +39,7 @@ pub struct Packing {
 impl Packing {
     fn made(spheres: Spheres, generated: Option<Value>) -> Self {
         let (centres, radii, cell) = (PyOnceLock::new(), PyOnceLock::new(), PyOnceLock::new());
-        Packing { spheres, generated, centres, radii, cell }
+        Packing { spheres, generated, read_as: None, centres, radii, cell }
     }
 
     fn plain(spheres: Spheres) -> Self {
@@ -51,7 +53,9 @@ pub fn packing(given: &Bound<'_, PyAny>) -> PyResult<Spheres> {
         Ok(packing) => Ok(packing.get().spheres.clone()),
         Err(_) => {
             let path = convert::path(given)?;
-            background(given.py(), move || read_packing(path))
+            let read = background(given.py(), move || read_packing_as(path, &PackingOptions::default()))?;
+            warned(given.py(), &read.notes)?;
+            Ok(read.packing)
         }
     }
 }
@@ -125,11 +129,48 @@ impl Packing {
         Ok(Packing::plain(spheres_of(centres, radii, cell)?))
     }
 
-    /// Read a packing: .txt, .csv, .vtp or LAMMPS .data.
+    /// Read a packing, its format known by what stands in the file: lists and tables of x y z r, LAMMPS dumps and data, VTK.
+    /// `length_unit` ("mm") is that of a file that names none, `frame` the time step of a dump [the last], `type_radii` the
+    /// radii of the types 1, 2, … of a LAMMPS file without radii ("1 mm,2 mm"). What was taken for what is in `read_as` and
+    /// `columns`; what to know beside it, as a unit that nothing names, is a Python warning and in `notes`.
     #[staticmethod]
-    fn read(py: Python<'_>, path: &Bound<'_, PyAny>) -> PyResult<Self> {
+    #[pyo3(signature = (path, *, length_unit=None, frame=None, type_radii=None))]
+    fn read(
+        py: Python<'_>,
+        path: &Bound<'_, PyAny>,
+        length_unit: Option<String>,
+        frame: Option<u64>,
+        type_radii: Option<&str>,
+    ) -> PyResult<Self> {
         let path = convert::path(path)?;
-        Ok(Packing::plain(background(py, move || read_packing(path))?))
+        let mut options = PackingOptions { length_unit, frame, ..PackingOptions::default() };
+        if let Some(radii) = type_radii {
+            options = options.with_type_radii(radii).or_raise()?;
+        }
+        let read = background(py, move || read_packing_as(path, &options))?;
+        warned(py, &read.notes)?;
+        let mut packing = Packing::plain(read.packing);
+        packing.read_as = Some((read.read_as, read.columns, read.notes));
+        Ok(packing)
+    }
+
+    /// What the file was taken for: format, what was taken from it, unit; None where the packing is not of a file.
+    #[getter]
+    fn read_as(&self) -> Option<String> {
+        self.read_as.as_ref().map(|read| read.0.clone())
+    }
+
+    /// What every column of the file was taken for, in their order; "nothing" for those that were not.
+    #[getter]
+    fn columns(&self) -> Option<Vec<(String, String)>> {
+        let pair = |c: &PackingColumn| (c.column.clone(), c.taken_for.clone());
+        self.read_as.as_ref().map(|read| read.1.iter().map(pair).collect())
+    }
+
+    /// What to know of the file: spheres that were wrapped, a unit that nothing names.
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.read_as.as_ref().map_or_else(Vec::new, |read| read.2.clone())
     }
 
     /// A random periodic packing without overlaps, as `anisobond pack`: of a `number` of spheres or in a `cell` (edges, m).

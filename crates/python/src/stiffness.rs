@@ -19,7 +19,8 @@ use crate::work::{OrRaise, wrong};
 ///
 /// `material` is a built-in name ("KIO3"), the path of a material file, a dictionary of a material file's keys, a 6×6
 /// matrix (`order` "voigt": 11 22 33 23 13 12, "mandel", "abaqus" or "lammps"), all 3×3×3×3 components, or a tensor of
-/// pymatgen or Elasticipy. `unit` is that of arrays (Pa unless given) and of other packages' tensors (GPa unless given).
+/// pymatgen or Elasticipy. `unit` is that of arrays (Pa unless given), of other packages' tensors (GPa unless given), and of files
+/// that name none.
 ///
 /// >>> c = Stiffness("KIO3")
 /// >>> c.voigt.shape, float(c.voigt[0, 0])

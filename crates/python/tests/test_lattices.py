@@ -10,6 +10,30 @@ import pytest
 import anisobond as ab
 
 
+def test_packings_of_other_programs(tmp_path):
+    table = tmp_path / "spheres.dat"
+    table.write_text("x [mm];y [mm];z [mm];D [mm];tag\n1,5;2,5;3,5;1;a\n3,5;2,5;3,5;1;b\n")
+    packing = ab.Packing.read(table)
+    np.testing.assert_allclose(packing.radii, [5e-4, 5e-4])
+    assert packing.read_as.startswith("table with headings, decimal commas, lengths in mm")
+    assert packing.columns[3:] == [("D [mm]", "diameter (mm)"), ("tag", "nothing")] and packing.notes == []
+    dump = tmp_path / "dump"
+    step = "ITEM: TIMESTEP\n{}\nITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS pp pp pp\n0 4\n0 4\n0 4\nITEM: ATOMS id type xs ys zs\n1 1 {} .5 .5\n"
+    dump.write_text(step.format(0, 0.25) + step.format(100, 0.75))
+    packing = ab.Packing.read(dump, length_unit="mm", frame=0, type_radii="1 mm")
+    np.testing.assert_allclose(packing.centres, [[1e-3, 2e-3, 2e-3]])
+    np.testing.assert_allclose(packing.radii, [1e-3])
+    with pytest.raises(ab.Error, match='name it with length_unit="mm"'):
+        ab.Packing.read(dump, type_radii="1 mm")
+    with pytest.raises(ab.Error, match="there is no time step 7 in the dump; it has 0 and 100"):
+        ab.Packing.read(dump, length_unit="mm", frame=7, type_radii="1 mm")
+    bare = tmp_path / "bare.txt"
+    bare.write_text("4 4 4\n1 2 2 .1\n")
+    with pytest.warns(UserWarning, match="no unit of length is named"):
+        assert ab.Packing.read(bare).notes
+    assert ab.Packing([[0, 0, 0]], 1).read_as is None
+
+
 def test_packings_in_and_out(packing, tmp_path):
     assert packing.reached and packing.porosity == pytest.approx(0.48, abs=2e-3)
     for name in ("p.txt", "p.csv", "p.vtp", "p.data"):

@@ -37,6 +37,16 @@ def test_forms_are_one_tensor(seed):
         assert c.relative_error(other) < 1e-15
 
 
+def test_units_of_files(tmp_path):
+    matrix = tmp_path / "matrix.txt"
+    matrix.write_text("3 1 1 0 0 0\n1 3 1 0 0 0\n1 1 3 0 0 0\n0 0 0 1 0 0\n0 0 0 0 1 0\n0 0 0 0 0 1\n")
+    assert ab.Stiffness(matrix, unit="kbar").voigt[0, 0] == pytest.approx(3e8)
+    with pytest.raises(ab.Error, match='no unit is named.*unit="GPa"'):
+        ab.Stiffness(matrix)
+    with pytest.raises(ab.Error, match="order is given with a file"):
+        ab.Stiffness(matrix, unit="kbar", order="voigt")
+
+
 def test_units_and_orders():
     voigt = random_tensor(7)
     assert ab.Stiffness(voigt).relative_error(ab.Stiffness(voigt / 1e9, unit="GPa")) < 1e-15

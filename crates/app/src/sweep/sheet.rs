@@ -9,8 +9,9 @@ use super::bounded::{Format, refuse_cells, refuse_endless};
 use super::job::{Job, Value};
 use super::table::{MOST_JOBS, Name};
 use anisobond::{Error, Result};
-use anisobond_formats::table::{csv_reader, first_line};
+use anisobond_formats::table::{csv_reader, first_line, has_decimal_commas, without_separator};
 use anisobond_formats::tree::Lines;
+use anisobond_formats::units::split;
 use anisobond_formats::words::quoted;
 
 /// Most sheets that are read until one is not empty: all may be one large part of an archive.
@@ -60,17 +61,34 @@ fn letters(column: usize) -> String {
 
 /// The rows of a CSV text.
 pub(super) fn text_cells(text: &str) -> Result<Vec<Row>> {
+    let text = &*without_separator(text);
     let mut reader = csv_reader(text);
     let lines = Lines::new(text);
+    let commas = has_decimal_commas(text);
     let mut rows = Vec::new();
     for record in reader.records() {
         let record =
             record.map_err(|e| Error::input(format!("the table cannot be read: {e}"), "save it as CSV in UTF-8"))?;
         let number = record.position().map_or(0, |p| first_line(text, &lines, p.byte() as usize));
-        let cells = record.iter().map(|field| (!field.is_empty()).then(|| Value::of_text(field))).collect();
+        let value = |field: &str| match decimal(field).filter(|_| commas) {
+            Some(pointed) => Value::of_text(&pointed),
+            None => Value::of_text(field),
+        };
+        let cells = record.iter().map(|field| (!field.is_empty()).then(|| value(field))).collect();
         rows.extend(Row { number, first_column: None, cells }.tidy());
     }
     Ok(rows)
+}
+
+/// A number, or a quantity, whose decimal mark is a comma, with a point: "1,5" and "1,5 MPa", but not "0,0,1" or "a 1,5".
+fn decimal(field: &str) -> Option<String> {
+    let (whole, rest) = field.split_once(',')?;
+    let whole = whole.trim_start_matches(['-', '+']);
+    let digits = !whole.is_empty() && whole.bytes().all(|b| b.is_ascii_digit());
+    let fits = digits && rest.starts_with(|c: char| c.is_ascii_digit()) && !rest.contains(',');
+    let pointed = field.replacen(',', ".", 1);
+    let (_, unit) = split(&pointed).ok().filter(|_| fits)?;
+    unit.chars().next().is_none_or(|c| c.is_alphabetic() || "°%1".contains(c)).then_some(pointed)
 }
 
 /// The name and the rows of the first sheet that is not empty.

@@ -10,7 +10,7 @@ use anisobond::lattice::generate::{
     random_observed,
 };
 use anisobond::lattice::{Contact, Lattice, Packing, contacts, naive_contacts};
-use anisobond_formats::{PackingFormat, packing_text, parse_packing, read_packing, write_packing};
+use anisobond_formats::{PackingFormat, PackingOptions, packing_text, read_packing, write_packing};
 use common::{Random, shared_data};
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -72,7 +72,7 @@ proptest! {
 #[test]
 fn the_document_s_packing() {
     let Some(text) = shared_data("woo-packing-2556.txt") else { return };
-    let packing = parse_packing(&text, PackingFormat::Text).unwrap();
+    let packing = parse_packing(&text).unwrap();
     assert_eq!(packing.cell(), Some(Vector3::repeat(0.821373)));
     let lattice = Lattice::new(packing, 1.8).unwrap();
     assert_eq!(lattice.contacts, naive_contacts(&lattice.packing, 1.8).unwrap());
@@ -80,6 +80,11 @@ fn the_document_s_packing() {
     assert_eq!((s.number, s.contacts), (2556, 28_678));
     assert!((s.coordination.mean - 22.44).abs() < 0.005 && (s.porosity.unwrap() - 0.478).abs() < 5e-4);
     assert!(s.fabric_deviation < 0.02, "{}", s.fabric_deviation);
+}
+
+/// The packing of a text, of which nothing else is known.
+fn parse_packing(text: &str) -> anisobond::Result<Packing> {
+    anisobond_formats::parse_packing(text.as_bytes(), &PackingOptions::default()).map(|reading| reading.packing)
 }
 
 const FORMATS: [PackingFormat; 4] =
@@ -94,19 +99,19 @@ proptest! {
     ) {
         let packing = packing(seed, number, periodic.then_some(edges), 10.0);
         for format in FORMATS {
-            prop_assert_eq!(&parse_packing(&packing_text(&packing, format), format).unwrap(), &packing);
+            prop_assert_eq!(&parse_packing(&packing_text(&packing, format)).unwrap(), &packing);
         }
     }
 
     #[test]
     fn no_text_panics(text in "(##PERIODIC::|# cell:|x,y,z,r|<VTKFile>|Atoms|atoms|xlo|[-0-9.einfa#,; \\n<>/]){0,40}", junk in "\\PC{0,60}") {
+        let _ = parse_packing(&text);
+        let _ = parse_packing(&junk);
         for format in FORMATS {
-            let _ = parse_packing(&text, format);
-            let _ = parse_packing(&junk, format);
             // A good file with something in its midst.
             let good = packing_text(&packing(1, 3, Some([1.0; 3]), 2.0), format);
             let middle = (0..=good.len() / 2).rev().find(|&i| good.is_char_boundary(i)).unwrap();
-            let _ = parse_packing(&format!("{}{text}{}", &good[..middle], &good[middle..]), format);
+            let _ = parse_packing(&format!("{}{text}{}", &good[..middle], &good[middle..]));
         }
     }
 
@@ -367,44 +372,38 @@ fn wrong_wishes_are_refused() {
 
 #[test]
 fn messages_name_line_and_remedy() {
-    let (text, csv, lammps, vtp) = (PackingFormat::Text, PackingFormat::Csv, PackingFormat::Lammps, PackingFormat::Vtp);
-    for (format, content, expected) in [
-        (text, "", "the file is empty"),
-        (text, "1 1 1\n", "the packing has no sphere"),
+    for (content, expected) in [
+        ("", "the file is empty"),
+        ("1 1 1\n", "the packing has no sphere"),
+        ("1 1 1\n0 0 0 0.1\n0.5 0.5 0.5\n", "line 3: 3 numbers where x y z r are expected; write one sphere per line"),
+        ("1 1 1\n0 0 0 NaN\n", "line 2: \"NaN\" is not a finite number"),
+        ("1 1 1\n0 0 0 0\n", "line 2: the radius of sphere 1 is 0; give positive radii"),
+        ("1 1 1\n0 0 0 -0.1\n", "line 2: the radius of sphere 1 is -0.1"),
+        ("##PERIODIC:: 1 1\n0 0 0 1\n", "line 1: the cell has 2 numbers; give the three edges"),
+        ("##PERIODIC:: 1 0 1\n0 0 0 1\n", "line 1: the cell's edges are 1 0 1"),
+        ("0 0 0 1\n##PERIODIC:: 1 1 1\n", "line 2: a second or late cell"),
+        ("x,y,r\n", "line 1: there is no column \"z\" among"),
+        ("x,y,z,r\n1,2,3\n", "line 2: 3 entries for 4 columns"),
+        ("x,y,z,r\n1,2,3,inf\n", "line 2, column r: \"inf\" is not a finite number"),
         (
-            text,
-            "1 1 1\n0 0 0 0.1\n0.5 0.5 0.5\n",
-            "line 3: 3 numbers where x y z r are expected; write one sphere per line",
-        ),
-        (text, "1 1 1\n0 0 0 NaN\n", "line 2: \"NaN\" is not a finite number"),
-        (text, "1 1 1\n0 0 0 0\n", "line 2: sphere 1 has radius 0 m; give positive radii"),
-        (text, "1 1 1\n0 0 0 -0.1\n", "line 2: sphere 1 has radius -0.1 m"),
-        (text, "##PERIODIC:: 1 1\n0 0 0 1\n", "line 1: the cell has 2 numbers; give the three edges"),
-        (text, "##PERIODIC:: 1 0 1\n0 0 0 1\n", "line 1: the cell's edges are 1 0 1 m"),
-        (text, "0 0 0 1\n##PERIODIC:: 1 1 1\n", "line 2: a second or late cell"),
-        (csv, "x,y,r\n", "line 1: there is no column \"z\"; name the columns x,y,z,r"),
-        (csv, "x,y,z,r\n1,2,3\n", "line 2: 3 entries for 4 columns"),
-        (csv, "x,y,z,r\n1,2,3,inf\n", "line 2, column r: \"inf\" is not a finite number"),
-        (
-            lammps,
             "t\n1 atoms\n0 1 xlo xhi\n0 1 ylo yhi\nAtoms # sphere\n\n1 1 0.1 1 0 0 0\n",
             "the bounds of the box are missing",
         ),
-        (lammps, "t\n2 atoms\nAtoms # sphere\n\n1 1 0.1 1 0 0 0\n", "2 atoms are announced, 1 listed"),
-        (lammps, "t\nAtoms # full\n", "line 2: the atom style is \"full\""),
-        (lammps, "t\n0 0.1 0 xy xz yz\n", "line 2: the box is tilted"),
-        (lammps, "t\nAtoms\n1 1 0.1 1 0 0\n", "line 3: 6 entries of an atom"),
-        (vtp, "<a", "the file is not XML"),
-        (vtp, "<VTKFile type=\"ImageData\"/>", "the file is not VTK PolyData"),
-        (vtp, "<VTKFile type=\"PolyData\"/>", "there is no array Points"),
+        ("t\n2 atoms\nAtoms # sphere\n\n1 1 0.1 1 0 0 0\n", "2 atoms are announced, 1 listed"),
+        ("t\nAtoms # full\n", "line 2: the atom style is \"full\""),
+        ("t\n1 atoms\n0 0.1 0 xy xz yz\n", "line 3: the box is tilted"),
+        ("t\nAtoms\n1 1 0.1 1 0 0\n", "line 3: 6 entries of an atom"),
+        ("<a", "the file is not XML"),
+        ("<VTKFile type=\"ImageData\"/>", "the file is not VTK PolyData"),
+        ("<VTKFile type=\"PolyData\"/>", "there is no array Points"),
     ] {
-        let message = parse_packing(content, format).unwrap_err().to_string();
+        let message = parse_packing(content).unwrap_err().to_string();
         assert!(message.starts_with(expected), "{message}");
     }
 }
 
 #[test]
-fn files_are_found_by_their_ending() {
+fn files_are_written_by_their_ending() {
     let folder = tempfile::tempdir().unwrap();
     let packing = packing(2, 20, Some([1.0, 2.0, 3.0]), 2.0);
     for name in ["a.txt", "a.csv", "a.vtp", "a.data", "a.LMP"] {
@@ -424,14 +423,14 @@ fn files_are_found_by_their_ending() {
 #[test]
 fn foreign_files_are_read() {
     let text = "1, 2, 3 # the cell\n# a comment\n\n0.1, 0.2, 0.3, 0.05\n1.5;-0.5;3;0.1 # outside\n";
-    let packing = parse_packing(text, PackingFormat::Text).unwrap();
+    let packing = parse_packing(text).unwrap();
     assert_eq!(packing.cell(), Some(Vector3::new(1.0, 2.0, 3.0)));
     assert_eq!(packing.centres()[1], Vector3::new(0.5, 1.5, 0.0));
     let csv = "\u{feff}# cell: 1 1 1\n\"id\";Radius;Z;Y;X\n7;0.1;0.3;0.2;0.1\n";
-    let packing = parse_packing(csv, PackingFormat::Csv).unwrap();
+    let packing = parse_packing(csv).unwrap();
     assert_eq!((packing.centres()[0], packing.radii()[0]), (Vector3::new(0.1, 0.2, 0.3), 0.1));
     let lammps = "LAMMPS data file\n\n2 atoms\n1 atom types\n\n-1 1 xlo xhi\n0 1 ylo yhi\n0 1 zlo zhi\n0 0 0 xy xz yz\n\nAtoms # sphere\n\n2 1 0.2 1 0 0.5 0.5 0 0 1\n1 1 0.4 1 -1 0 0 0 0 0\n\nVelocities\n\n1 0 0 0 0 0 0\n";
-    let packing = parse_packing(lammps, PackingFormat::Lammps).unwrap();
+    let packing = parse_packing(lammps).unwrap();
     assert_eq!((packing.cell(), packing.radii()), (Some(Vector3::new(2.0, 1.0, 1.0)), &[0.2, 0.1][..]));
     assert_eq!(packing.centres()[1], Vector3::new(1.0, 0.5, 0.5));
 }

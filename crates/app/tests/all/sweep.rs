@@ -689,3 +689,20 @@ fn the_slurm_script_is_one_the_shell_accepts() {
         assert!(status.success());
     }
 }
+
+#[test]
+fn decimal_commas_of_tables_that_semicolons_or_tabs_part() {
+    let values = |text: &str| -> Vec<Value> {
+        let table = ParameterTable::parse(text, "t.csv").unwrap();
+        table.jobs()[0].parameters.iter().map(|(_, value)| value.clone()).collect()
+    };
+    let number = Value::Number;
+    let text = |text: &str| Value::Text(text.into());
+    let german = "sep=;\na;b;c;axis;d\n1,5;-0,25e-3;130,5 MPa;0,0,1;x 1,5";
+    let read = [number(1.5), number(-0.25e-3), text("130.5 MPa"), text("0,0,1"), text("x 1,5")];
+    assert_eq!(values(german), read);
+    assert_eq!(values(&german.replace("sep=;\n", "").replace(';', "\t")), read);
+    // Where commas part the fields, one within quotes is none of ours to read; nor is one beside a point.
+    assert_eq!(values("a,b\n\"1,234\",2"), [text("1,234"), number(2.0)]);
+    assert_eq!(values("a;b\n1.234,5;2"), [text("1.234,5"), number(2.0)]);
+}

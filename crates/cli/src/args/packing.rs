@@ -4,26 +4,62 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
+use anisobond_formats::{PackingOptions, PackingReading};
+
 use super::{NeighbourhoodArgs, TableArgs};
 
 /// Contact radius of bonds unless another is asked for.
 pub const USUAL_CONTACT_RADIUS: f64 = 1.8;
 
+/// What a file of spheres leaves open.
+#[derive(Args)]
+pub struct SphereFileArgs {
+    /// Unit of lengths of a packing's file that names none, as mm [default: m, asked back from radii of half a metre on]
+    #[arg(long, value_name = "UNIT", requires = "packing")]
+    pub length_unit: Option<String>,
+    /// Time step of a LAMMPS dump [default: the last]
+    #[arg(long, value_name = "STEP", requires = "packing")]
+    pub frame: Option<u64>,
+    /// Radii of the types 1, 2, … of a LAMMPS file without radii, as '1 mm,2 mm'
+    #[arg(long, value_name = "R,R,…", requires = "packing")]
+    pub type_radii: Option<String>,
+}
+
+impl SphereFileArgs {
+    /// The packing of a file, and what it was taken for; notes go to the standard error.
+    ///
+    /// # Errors
+    /// As [`anisobond_formats::read_packing_as`].
+    pub fn read(&self, path: &std::path::Path) -> anisobond::Result<PackingReading> {
+        let mut options =
+            PackingOptions { length_unit: self.length_unit.clone(), frame: self.frame, ..PackingOptions::default() };
+        if let Some(radii) = &self.type_radii {
+            options = options.with_type_radii(radii).map_err(|e| e.at("--type-radii"))?;
+        }
+        let reading = anisobond_formats::read_packing_as(path, &options)?;
+        reading.notes.iter().for_each(|note| eprintln!("note: {}: {note}", path.display()));
+        Ok(reading)
+    }
+}
+
 /// Make a packing of spheres, or read one; say how dense it is, and write it
 #[derive(Args)]
-#[command(after_help = "\
+#[command(mut_arg("length_unit", |a| a.visible_alias("unit")), after_help = "\
 Examples:
   anisobond pack --number 2500 --radius '30 mm' --porosity 0.5 -o sample.txt
   anisobond pack --number 5000 --radius '1 mm' --fuzz 0.3 --coordination 22 --contact-radius 1.8 --seed 7 -o a.csv
   anisobond pack --crystal fcc --cells 4,4,4 --radius '1 mm' -o fcc.data
   anisobond pack sample.txt --contact-radius 1.8                # statistics of a packing
   anisobond pack sample.txt -o sample.vtp                       # another format: .txt .csv .vtp .data
+  anisobond pack dump.lammpstrj --frame 5000 --unit mm -o a.csv # one time step of a LAMMPS dump
 
 Exit codes: 0 done, 2 bad input, 3 the target porosity or coordination was not reached.")]
 pub struct Pack {
-    /// Packing to read, instead of making one
+    /// Packing to read, instead of making one: a list or table of x y z r, LAMMPS dump or data, VTK; known by content
     #[arg(conflicts_with_all = ["number", "cell", "crystal"])]
     pub packing: Option<PathBuf>,
+    #[command(flatten)]
+    pub file: SphereFileArgs,
     /// Number of spheres of a random packing
     #[arg(long, conflicts_with_all = ["cell", "crystal"])]
     pub number: Option<usize>,
@@ -123,8 +159,10 @@ Examples:
   anisobond lattice sample.txt rock.toml --contact-radius 1.4 --correct -o lattice
   anisobond lattice sample.txt Si --model hybrid --correct --json")]
 pub struct Lattice {
-    /// Periodic packing (.txt, .csv, .vtp, .data)
+    /// Periodic packing: a list or table of x y z r, LAMMPS dump or data, VTK; known by content
     pub packing: PathBuf,
+    #[command(flatten)]
+    pub file: SphereFileArgs,
     /// Built-in name or material file; transversely isotropic, unless another model or --correct general is asked for
     pub material: String,
     #[command(flatten)]
@@ -149,6 +187,9 @@ pub struct Lattice {
     allow_missing_positional = true,
     mut_arg("contact_radius", |a| a.conflicts_with("grid")),
     mut_arg("axis", |a| a.conflicts_with("grid")),
+    mut_arg("length_unit", |a| a.conflicts_with("grid")),
+    mut_arg("frame", |a| a.conflicts_with("grid")),
+    mut_arg("type_radii", |a| a.conflicts_with("grid")),
     mut_arg("horizon", |a| a.conflicts_with("packing")),
     mut_arg("shape", |a| a.conflicts_with("packing")),
     mut_arg("semi_axes", |a| a.conflicts_with("packing")),
@@ -165,9 +206,11 @@ Examples:
   anisobond element-test KIO3 --grid 8,8,6 --horizon 3 --missing 0.1 --displaced 0.2 --void 2 --seed 7 -o cell"
 )]
 pub struct ElementTest {
-    /// Periodic packing (.txt, .csv, .vtp, .data); not with --grid
+    /// Periodic packing: a list or table of x y z r, LAMMPS dump or data, VTK; known by content; not with --grid
     #[arg(conflicts_with = "grid", required_unless_present = "grid")]
     pub packing: Option<PathBuf>,
+    #[command(flatten)]
+    pub file: SphereFileArgs,
     /// Built-in name or material file
     pub material: String,
     #[command(flatten)]
@@ -237,7 +280,8 @@ pub enum MethodName {
 #[derive(Args)]
 #[command(after_help = "\
 A table is TOML (lists and ranges, every combination), CSV, XLS or XLSX (`=` repeats the cell above), with the parameters
-packing, contact_radius, material or c11 c33 c13 c12, axis or strike and dip, rotations, method, strain, model, correct.
+packing, length_unit, frame, type_radii, contact_radius, material or c11 c33 c13 c12, axis or strike and dip, rotations,
+method, strain, model, correct.
 
 Examples:
   anisobond sweep cases/contact-radius.toml -o radius      # results.sqlite, results.csv, stiffness.svg/png, logs

@@ -5,6 +5,7 @@ mod common;
 mod cli;
 mod corrections;
 mod cracks;
+mod doors;
 mod export;
 mod faults;
 mod models;

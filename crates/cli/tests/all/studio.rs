@@ -11,14 +11,14 @@ use common::{folder, refused, stdout};
 use serde_json::{Value, json};
 
 /// A studio that runs.
-struct Studio {
+pub struct Studio {
     child: Child,
     port: u16,
     token: String,
 }
 
 impl Studio {
-    fn start(args: &[&str]) -> Self {
+    pub fn start(args: &[&str]) -> Self {
         Studio::started_by(Command::new(env!("CARGO_BIN_EXE_anisobond")).arg("studio").args(args))
     }
 
@@ -58,7 +58,7 @@ impl Studio {
         self.request("GET", &format!("/{}/{path}", self.token), "", b"")
     }
 
-    fn post(&self, path: &str, question: &Value) -> Value {
+    pub fn post(&self, path: &str, question: &Value) -> Value {
         let body = question.to_string();
         let target = format!("/{}/{path}", self.token);
         let (status, _, answer) = self.request("POST", &target, "Content-Type: application/json\r\n", body.as_bytes());
@@ -78,7 +78,7 @@ impl Drop for Studio {
     }
 }
 
-fn question(material: Value, flags: Value) -> Value {
+pub fn question(material: Value, flags: Value) -> Value {
     json!({ "material": material, "class": "", "flags": flags, "rotate": [] })
 }
 

@@ -81,6 +81,11 @@ impl Name {
     }
 }
 
+/// Whether a key is an engineering constant, and a ratio among them.
+pub fn ratio(key: &str) -> Option<bool> {
+    Name::of(key).map(Name::is_ratio)
+}
+
 /// A constant that is known, and where from.
 #[derive(Clone, Debug)]
 struct Known {

@@ -17,7 +17,7 @@
 //! one of these forms. See [`parse_material`].
 
 pub(super) mod components;
-mod engineering;
+pub(super) mod engineering;
 pub mod record;
 pub(super) mod matrix;
 mod text;

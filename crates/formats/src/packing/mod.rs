@@ -1,30 +1,127 @@
-//! Packings in files: text, CSV, VTK and LAMMPS data. Lengths are in metres in all of them.
+//! Packings in files: known by what stands in them when they are read, by the ending of their name when they are written.
 //!
-//! Every number is written so that it reads back to the same bits.
+//! One file per format; `FORMATS` has a line for each. A reader answers `None` where a file is none of its own, and an error where
+//! it is and something is wrong or may be read in two ways. Every number is written so that it reads back to the same bits.
 
-mod csv;
-mod lammps;
-mod text;
-mod vtp;
+mod columns;
+mod data;
+mod dump;
+mod found;
+mod list;
+mod numbers;
+mod pfc;
+mod table;
+mod vtk_arrays;
+mod vtk_legacy;
+mod vtk_xml;
 
 use std::path::Path;
 
-use nalgebra::Vector3;
+use serde::Serialize;
 
-use crate::tree::{read_text, without_mark};
+use self::found::Found;
+use crate::inputs::read_bytes;
+use crate::tree::without_mark;
+use crate::units::Dimension;
 use crate::words::{quoted, suggestion};
 use crate::write_atomically;
 use anisobond::lattice::Packing;
 use anisobond::{Error, Result};
 
-/// How a packing stands in a file.
+/// What is known beside a file of spheres.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PackingOptions {
+    /// Unit of the lengths of a file that names none, as "mm".
+    pub length_unit: Option<String>,
+    /// Time step of a LAMMPS dump that is read, instead of the last.
+    pub frame: Option<u64>,
+    /// Radii (m) of the types 1, 2, … of a LAMMPS file that gives none for its atoms; empty: none is known.
+    pub type_radii: Vec<f64>,
+}
+
+impl PackingOptions {
+    /// With the radii of types in words, as "1 mm,2 mm": of type 1, of type 2.
+    ///
+    /// # Errors
+    /// Anything but positive lengths with units.
+    pub fn with_type_radii(mut self, words: &str) -> Result<Self> {
+        let radius = |word: &str| match Dimension::Length.parse(word)? {
+            radius if radius > 0.0 => Ok(radius),
+            _ => Err(Error::input(format!("{} is not positive", quoted(word)), "give radii as 1 mm,2 mm")),
+        };
+        self.type_radii = words.split(',').map(radius).collect::<Result<_>>()?;
+        Ok(self)
+    }
+}
+
+/// A packing, and what its file was taken for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PackingReading {
+    /// The spheres (m); centres are in the cell, if there is one.
+    pub packing: Packing,
+    /// Format, what was taken from it, and the unit of lengths.
+    pub read_as: String,
+    /// Every column or array of the file in its order, and what it was taken for.
+    pub columns: Vec<PackingColumn>,
+    /// What a reader should know: spheres that were wrapped, a unit that nothing names.
+    pub notes: Vec<String>,
+    /// Whether lengths were taken to be in m though neither the file, a program's custom nor the options name a unit.
+    pub unit_assumed: bool,
+}
+
+/// A column or an array of a file of spheres.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct PackingColumn {
+    /// Its heading, or "column 4".
+    pub column: String,
+    /// "x", "diameter (mm)", …; "nothing" for one that is not taken.
+    pub taken_for: String,
+}
+
+impl PackingReading {
+    /// The columns in one line: "x as x, d as diameter; not taken: vx".
+    pub fn columns_in_words(&self) -> String {
+        let (left, taken): (Vec<_>, Vec<_>) = self.columns.iter().partition(|c| c.taken_for == columns::NOTHING);
+        let taken: Vec<String> = taken.iter().map(|c| format!("{} as {}", c.column, c.taken_for)).collect();
+        let left: Vec<&str> = left.iter().map(|c| c.column.as_str()).collect();
+        let left = if left.is_empty() { String::new() } else { format!("; not taken: {}", left.join(", ")) };
+        format!("{}{left}", taken.join(", "))
+    }
+}
+
+/// A file's bytes, its text if it is one, and what is known beside it.
+struct Source<'f> {
+    bytes: &'f [u8],
+    text: std::result::Result<&'f str, std::str::Utf8Error>,
+    options: &'f PackingOptions,
+}
+
+impl Source<'_> {
+    /// The text of a file that is one; none has no lines.
+    fn text(&self) -> &str {
+        self.text.unwrap_or("")
+    }
+}
+
+type Reader = fn(&Source) -> Option<Result<Found>>;
+
+/// Every format; one that says more of itself stands before one that says less.
+const FORMATS: [(&str, Reader); 7] = [
+    ("VTK XML, PolyData or UnstructuredGrid (.vtp, .vtu)", vtk_xml::read),
+    ("legacy VTK (.vtk)", vtk_legacy::read),
+    ("LAMMPS dumps", dump::read),
+    ("LAMMPS data", data::read),
+    ("PFC's commands that make balls", pfc::read),
+    ("tables with headings such as x,y,z,radius", table::read),
+    ("lists of x y z r (Yade, Woo)", list::read),
+];
+
+/// How a packing is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PackingFormat {
-    /// A first line `##PERIODIC:: a b c` with the edges of the cell (or just `a b c`; none for a free packing), then
-    /// `x y z r` per sphere, separated by blanks, commas or semicolons; `#` begins a comment (.txt).
+    /// A first line `##PERIODIC:: a b c` with the edges of the cell (none for a free packing), then `x y z r` per sphere (.txt).
     Text,
-    /// A header with x, y, z and r (or radius) in any order, other columns pass; the cell in a comment `# cell: a b c`
-    /// (.csv).
+    /// A header x,y,z,r; the cell in a comment `# cell: a b c` (.csv).
     Csv,
     /// VTK XML PolyData in text with the point data `radius` and the field data `cell` (.vtp).
     Vtp,
@@ -52,37 +149,57 @@ impl PackingFormat {
         let ending = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
         ENDINGS.iter().find(|(name, _)| *name == ending).map(|&(_, format)| format).ok_or_else(|| {
             let remedy = suggestion(&ending, &ENDINGS.map(|(name, _)| name));
-            Error::input(format!("packings are not kept in files that end in {}", quoted(&ending)), remedy)
+            Error::input(format!("packings are not written to files that end in {}", quoted(&ending)), remedy)
                 .at(path.display())
         })
     }
 }
 
-/// Reads a packing, in the format that the file's ending means; centres are wrapped into the cell.
+/// Reads a packing of any format that names its unit or has one by custom; see [`read_packing_as`].
 ///
 /// # Errors
-/// A file that cannot be read, an unknown ending, or what [`parse_packing`] refuses, with the file's name.
+/// As [`read_packing_as`].
 pub fn read_packing(path: impl AsRef<Path>) -> Result<Packing> {
-    let path = path.as_ref();
-    let format = PackingFormat::of_name(path)?;
-    parse_packing(&read_text(path)?, format).map_err(|error| error.at(path.display()))
+    read_packing_as(path, &PackingOptions::default()).map(|reading| reading.packing)
 }
 
-/// A packing from the text of a file.
+/// Reads a packing, its format known by what stands in the file; centres are wrapped into the cell.
 ///
 /// # Errors
-/// Text that is not of the format, numbers that are not finite, radii that are not positive, no sphere; with the line.
-pub fn parse_packing(text: &str, format: PackingFormat) -> Result<Packing> {
-    let text = without_mark(text);
-    if text.trim().is_empty() {
+/// A file that cannot be read, or what [`parse_packing`] refuses, with the file's name.
+pub fn read_packing_as(path: impl AsRef<Path>, options: &PackingOptions) -> Result<PackingReading> {
+    let path = path.as_ref();
+    parse_packing(&read_bytes(path)?, options).map_err(|error| error.at(path.display()))
+}
+
+/// A packing from the bytes of a file.
+///
+/// # Errors
+/// A file of no known format; numbers that are not finite, radii that are not positive, two spheres at one place, no sphere, with
+/// the line; columns that may be read in two ways; lengths without a unit that would be absurd in metres; options for something
+/// that the file has not.
+pub fn parse_packing(bytes: &[u8], options: &PackingOptions) -> Result<PackingReading> {
+    if bytes.iter().all(u8::is_ascii_whitespace) {
         return Err(Error::input("the file is empty", "write the cell in the first line, then x y z r per sphere"));
     }
-    match format {
-        PackingFormat::Text => text::parse(text),
-        PackingFormat::Csv => csv::parse(text),
-        PackingFormat::Vtp => vtp::parse(text),
-        PackingFormat::Lammps => lammps::parse(text),
+    let source = Source { bytes, text: std::str::from_utf8(bytes).map(without_mark), options };
+    match FORMATS.iter().find_map(|(_, read)| read(&source)) {
+        Some(found) => found?.reading(options),
+        None => Err(unknown(&source)),
     }
+}
+
+/// Why a file is of no format.
+fn unknown(source: &Source) -> Error {
+    if let Err(e) = source.text {
+        let line = 1 + source.bytes[..e.valid_up_to()].iter().filter(|&&b| b == b'\n').count();
+        return Error::input(
+            "the file is not UTF-8 text",
+            "save it as UTF-8, without accents or units in another encoding",
+        )
+        .at(format!("line {line}"));
+    }
+    Error::input("no spheres are found in the file", format!("known are {}", FORMATS.map(|(name, _)| name).join("; ")))
 }
 
 /// Writes a packing in the format that the file's ending means, whole or not at all.
@@ -97,63 +214,9 @@ pub fn write_packing(path: impl AsRef<Path>, packing: &Packing) -> Result<()> {
 /// The text of a packing's file.
 pub fn packing_text(packing: &Packing, format: PackingFormat) -> String {
     match format {
-        PackingFormat::Text => text::written(packing),
-        PackingFormat::Csv => csv::written(packing),
-        PackingFormat::Vtp => vtp::written(packing),
-        PackingFormat::Lammps => lammps::written(packing),
+        PackingFormat::Text => list::written(packing),
+        PackingFormat::Csv => table::written(packing),
+        PackingFormat::Vtp => vtk_xml::written(packing),
+        PackingFormat::Lammps => data::written(packing),
     }
-}
-
-/// Spheres as they are read.
-#[derive(Default)]
-struct Spheres {
-    cell: Option<Vector3<f64>>,
-    centres: Vec<Vector3<f64>>,
-    radii: Vec<f64>,
-}
-
-impl Spheres {
-    fn push(&mut self, [x, y, z, radius]: [f64; 4]) -> Result<()> {
-        if radius <= 0.0 {
-            return Err(Error::input(
-                format!("sphere {} has radius {radius} m", self.radii.len() + 1),
-                "give positive radii, or leave the sphere out",
-            ));
-        }
-        self.centres.push(Vector3::new(x, y, z));
-        self.radii.push(radius);
-        Ok(())
-    }
-
-    fn packing(self) -> Result<Packing> {
-        Packing::new(self.cell, self.centres, self.radii)
-    }
-}
-
-/// A finite number.
-fn number(word: &str) -> Result<f64> {
-    match word.parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        _ => Err(Error::input(format!("{} is not a finite number", quoted(word)), "write a plain number such as 0.03")),
-    }
-}
-
-/// The edges of a cell.
-fn edges(words: &[&str]) -> Result<Vector3<f64>> {
-    let [a, b, c] = words else {
-        return Err(Error::input(
-            format!("the cell has {} numbers", words.len()),
-            "give the three edges of a rectangular cell",
-        ));
-    };
-    let edges = Vector3::new(number(a)?, number(b)?, number(c)?);
-    if edges.min() > 0.0 {
-        return Ok(edges);
-    }
-    Err(Error::input(format!("the cell's edges are {a} {b} {c} m"), "give three positive lengths"))
-}
-
-/// Words between blanks, commas and semicolons.
-fn words(line: &str) -> Vec<&str> {
-    line.split([' ', '\t', ',', ';']).map(str::trim).filter(|word| !word.is_empty()).collect()
 }

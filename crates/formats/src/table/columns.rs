@@ -5,7 +5,10 @@ use std::collections::HashSet;
 use nalgebra::Matrix6;
 
 use super::Row;
-use super::heading::{Heading, refuse_half_named, refuse_missing, refuse_near, refuse_second_form, stress_unit};
+use super::heading::{
+    Heading, constant, names_constants, refuse_both_forms, refuse_half_named, refuse_missing, refuse_near,
+    refuse_second_form, stress_unit,
+};
 use crate::csv_text::unguarded;
 use crate::material::components::{Component, component_of, name};
 use crate::material::foreign::figure::{Figure, plain_number};
@@ -36,6 +39,8 @@ pub(super) struct Columns {
     density: Option<Column>,
     /// Thomsen's parameters in the order of their names, if these are given instead of components.
     thomsen: Option<Vec<Column>>,
+    /// Engineering constants (key, whether it is a ratio), if these are given instead of components.
+    engineering: Vec<(String, bool, Column)>,
     /// Whether a comma is a decimal mark.
     comma: bool,
 }
@@ -57,9 +62,11 @@ impl Columns {
             return Err(Error::input(format!("column {heading} is there twice"), "keep one of them"));
         }
         let thomsen = thomsen_columns(&headings)?;
-        if thomsen.is_none() {
+        let engineering = if thomsen.is_none() { engineering_columns(&headings, unit)? } else { Vec::new() };
+        if thomsen.is_none() && engineering.is_empty() {
             refuse_missing(&headings)?;
         }
+        refuse_both_forms(&headings)?;
         refuse_second_form(&headings)?;
         refuse_near(&headings)?;
         let find = |name: &str| headings.iter().position(|h| h.name == name);
@@ -69,7 +76,9 @@ impl Columns {
                 .map(|c| Ok((c, Column { at, unit: stress_unit(h, unit)?, heading: h.text.into() })))
         };
         let components: Vec<_> = headings.iter().enumerate().filter_map(component).collect::<Result<_>>()?;
-        refuse_half_named(&components, unit, first(&["unit", "units"]))?;
+        let stresses = components.iter().map(|(_, column)| column);
+        let stresses = stresses.chain(engineering.iter().filter(|(_, ratio, _)| !ratio).map(|(.., column)| column));
+        refuse_half_named(stresses, unit, first(&["unit", "units"]))?;
         Ok(Columns {
             width: headings.len(),
             id: first(&["material_id", "id", "name", "formula", "formula_pretty"]),
@@ -86,6 +95,7 @@ impl Columns {
                 None => find("density").map(|at| density_column(at, &headings[at])).transpose()?,
             },
             thomsen,
+            engineering,
             comma,
         })
     }
@@ -147,7 +157,7 @@ impl Columns {
         let filled = |column: &Column| record.get(column.at).is_some_and(|text| !text.is_empty());
         let all = self.components.len() == 21 && (class.is_none() || self.components.iter().all(|(_, c)| filled(c)));
         let value = |column: &Column| column.value(record, Dimension::Stress, bare.size, self.comma);
-        let headed = self.components.iter().any(|(_, c)| c.unit.is_some());
+        let headed = self.stresses().any(|c| c.unit.is_some());
         let unit = if headed { "units as the header has them".to_string() } else { bare.name.clone() };
         if all {
             let mut voigt = Matrix6::zeros();
@@ -158,21 +168,56 @@ impl Columns {
             }
             return Ok((Stiffness::from_voigt(&voigt)?, format!("c11 … c66, {unit}, order 11 22 33 23 13 12")));
         }
+        if !self.engineering.is_empty() {
+            return self.of_engineering(record, bare, class, &unit);
+        }
         let mut entries = Vec::new();
         for (component, column) in self.components.iter().filter(|(_, column)| filled(column)) {
             let kind = Kind::Number(value(column)? / bare.size);
             entries.push(Entry { key: name(*component), line: 0, value: Node { kind, line: 0 } });
         }
-        if let Some(class) = class {
-            let value = Node { kind: Kind::Text(class.name().into()), line: 0 };
-            entries.push(Entry { key: "class".into(), line: 0, value });
-        }
+        entries.extend(class.map(class_entry));
         let habits = Habits { unit: Some(bare.clone()), ..Habits::default() };
         let count = entries.len() - usize::from(class.is_some());
         let table = Node { kind: Kind::Table(entries), line: 0 };
         let stiffness = material_of(&table, &habits).map_err(of_row)?.stiffness;
         let of_class = class.map_or(", others zero".into(), |class| format!(", class {}", class.name()));
         Ok((stiffness, format!("{count} constants by name{of_class}, {unit}, order 11 22 33 23 13 12")))
+    }
+
+    /// The columns of stresses.
+    fn stresses(&self) -> impl Iterator<Item = &Column> {
+        let moduli = self.engineering.iter().filter(|(_, ratio, _)| !ratio).map(|(.., column)| column);
+        self.components.iter().map(|(_, column)| column).chain(moduli)
+    }
+
+    /// The stiffness of the engineering constants of a row; empty cells are not given.
+    fn of_engineering(
+        &self,
+        record: &csv::StringRecord,
+        bare: &StressUnit,
+        class: Option<SymmetryClass>,
+        unit: &str,
+    ) -> Result<(Stiffness, String)> {
+        let mut entries = Vec::new();
+        for (key, ratio, column) in &self.engineering {
+            if record.get(column.at).is_none_or(str::is_empty) {
+                continue;
+            }
+            let value = match ratio {
+                true => column.plain(record, self.comma)?,
+                false => column.value(record, Dimension::Stress, bare.size, self.comma)? / bare.size,
+            };
+            entries.push(Entry { key: key.clone(), line: 0, value: Node { kind: Kind::Number(value), line: 0 } });
+        }
+        let keys: Vec<&str> = entries.iter().map(|entry| entry.key.as_str()).collect();
+        let read_as = format!("engineering constants {}, {unit}, ν_ij = −ε_j/ε_i", keys.join(" "));
+        let constants = Node { kind: Kind::Table(entries), line: 0 };
+        let mut all = vec![Entry { key: "engineering".into(), line: 0, value: constants }];
+        all.extend(class.map(class_entry));
+        let habits = Habits { unit: Some(bare.clone()), ..Habits::default() };
+        let stiffness = material_of(&Node { kind: Kind::Table(all), line: 0 }, &habits).map_err(of_row)?.stiffness;
+        Ok((stiffness, read_as))
     }
 
     fn of_thomsen(&self, record: &csv::StringRecord, columns: &[Column]) -> Result<Stiffness> {
@@ -192,8 +237,7 @@ impl Columns {
             return Ok(self.asked.clone().unwrap_or_else(StressUnit::giga_pascal));
         };
         let size = Dimension::Stress.unit(name).map_err(|e| e.at("column unit"))?;
-        let headed =
-            self.components.iter().find_map(|(_, c)| c.unit.filter(|u| *u != size).map(|_| c.heading.as_str()));
+        let headed = self.stresses().find_map(|c| c.unit.filter(|u| *u != size).map(|_| c.heading.as_str()));
         let asked = self.asked.as_ref().filter(|unit| unit.size != size).map(|unit| unit.name.as_str());
         match headed.or(asked) {
             None => Ok(StressUnit { name: name.trim().into(), size }),
@@ -237,12 +281,38 @@ fn number(text: &str, comma: bool) -> Option<f64> {
     Figure::of(&text).map(|figure| figure.value)
 }
 
+/// `class` of a material.
+fn class_entry(class: SymmetryClass) -> Entry {
+    Entry { key: "class".into(), line: 0, value: Node { kind: Kind::Text(class.name().into()), line: 0 } }
+}
+
 /// An error of a row's components: a row has no lines of its own.
 fn of_row(e: Error) -> Error {
     match e {
         Error::Failure { kind, problem, remedy, .. } => Error::Failure { kind, place: String::new(), problem, remedy },
         other => other,
     }
+}
+
+/// The columns of engineering constants, if there are any with a Young's modulus and no components.
+fn engineering_columns(headings: &[Heading], asked: Option<&StressUnit>) -> Result<Vec<(String, bool, Column)>> {
+    if !names_constants(headings) {
+        return Ok(Vec::new());
+    }
+    let mut all: Vec<(String, bool, Column)> = Vec::new();
+    for (at, heading) in headings.iter().enumerate() {
+        let Some((key, ratio)) = constant(&heading.name) else { continue };
+        let unit = match (ratio, heading.unit) {
+            (true, Some(unit)) if !matches!(unit, "-" | "–" | "1") => {
+                let problem = format!("column {} is a ratio and has no unit", quoted(heading.text));
+                return Err(Error::input(problem, "remove the unit from its heading"));
+            }
+            (true, _) => None,
+            (false, _) => stress_unit(heading, asked)?,
+        };
+        all.push((key, ratio, Column { at, unit, heading: heading.text.into() }));
+    }
+    Ok(all)
 }
 
 /// The columns of Thomsen's parameters, if there are any of speeds and no components.

@@ -2,7 +2,8 @@
 
 use super::columns::Column;
 use crate::material::StressUnit;
-use crate::material::components::{Component, component_of, name, names};
+use crate::material::components::{component_of, name, names};
+use crate::material::engineering::ratio;
 use crate::material::keys::nearly;
 use crate::units::Dimension;
 use crate::words::{enumeration, nearest, quoted};
@@ -65,22 +66,57 @@ pub(super) fn has_meaning(text: &str) -> bool {
     ["class", "compliance", "comment"].contains(&Heading::of(text).name.as_str())
 }
 
-/// Refuses a table of few constants of which some name a unit that is not the usual one, and some none.
-pub(super) fn refuse_half_named(
-    components: &[(Component, Column)],
+/// Refuses stresses of which some name a unit that is not the usual one, and some none.
+pub(super) fn refuse_half_named<'c>(
+    stresses: impl Iterator<Item = &'c Column> + Clone,
     asked: Option<&StressUnit>,
     column: Option<usize>,
 ) -> Result<()> {
-    let odd = components.iter().find(|(_, c)| c.unit.is_some_and(|unit| unit != StressUnit::giga_pascal().size));
-    let bare = components.iter().find(|(_, c)| c.unit.is_none());
+    let odd = stresses.clone().find(|c| c.unit.is_some_and(|unit| unit != StressUnit::giga_pascal().size));
+    let bare = stresses.clone().find(|c| c.unit.is_none());
     match (odd, bare) {
-        (Some((_, odd)), Some((_, bare))) if components.len() < 21 && asked.is_none() && column.is_none() => {
+        (Some(odd), Some(bare)) if asked.is_none() && column.is_none() => {
             let (odd, bare) = (quoted(&odd.heading), quoted(&bare.heading));
             let problem = format!("{bare} may have the unit of {odd}, or GPa as tables have where none is named");
             Err(Error::input(problem, "name the unit in every heading, or in a column unit"))
         }
         _ => Ok(()),
     }
+}
+
+/// Refuses engineering constants beside components, of which each would give the stiffness.
+pub(super) fn refuse_both_forms(headings: &[Heading]) -> Result<()> {
+    let component = headings.iter().find(|h| component_of(&h.name).is_some());
+    let constants: Vec<&Heading> = headings.iter().filter(|h| constant(&h.name).is_some()).collect();
+    // Averages as K and G, or a Young's modulus, stand beside many a tensor.
+    let whole = constants.iter().any(|h| h.name.len() > 2 && constant(&h.name).is_some_and(|(_, ratio)| ratio));
+    match (component, constants.first()) {
+        (Some(component), Some(first)) if whole => {
+            let problem =
+                format!("columns {} and {} both give the stiffness", quoted(component.text), quoted(first.text));
+            Err(Error::input(problem, "keep the components, or the engineering constants"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Whether a header gives the stiffness by engineering constants: a Young's modulus and another constant, and no components.
+pub(super) fn names_constants(headings: &[Heading]) -> bool {
+    let keys: Vec<String> = headings.iter().filter_map(|h| constant(&h.name)).map(|(key, _)| key).collect();
+    keys.len() > 1
+        && keys.iter().any(|key| key.starts_with('e'))
+        && headings.iter().all(|h| component_of(&h.name).is_none())
+}
+
+/// The key of an engineering constant that a heading names, and whether it is a ratio: "E1", "ν12" and "v12" too.
+pub(super) fn constant(name: &str) -> Option<(String, bool)> {
+    let plain = name.replace('ν', "nu").replace('_', "");
+    let axes = |rest: &str| rest.len() == 2 && rest.bytes().all(|b| b"123xyz".contains(&b));
+    let plain = match plain.strip_prefix('v').filter(|rest| axes(rest)) {
+        Some(rest) => format!("nu{rest}"),
+        None => plain,
+    };
+    ratio(&plain).map(|ratio| (plain, ratio))
 }
 
 /// Refuses a column whose name is nearly one that counts.

@@ -6,6 +6,7 @@
 mod columns;
 mod heading;
 
+use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 use std::io::Read;
 use std::path::Path;
@@ -13,7 +14,7 @@ use std::path::Path;
 use serde_json::value::RawValue;
 
 use self::columns::Columns;
-use self::heading::Heading;
+use self::heading::{Heading, names_constants};
 use crate::material::components::component_of;
 use crate::material::foreign::figure::figures;
 use crate::material::foreign::thomsen::parameter;
@@ -144,7 +145,8 @@ fn names_components(text: &str) -> bool {
     }
     let names: Vec<Heading> = header.split(delimiter(text) as char).map(|text| Heading::of(text.trim())).collect();
     let count = |known: &dyn Fn(&str) -> bool| names.iter().filter(|h| known(&h.name)).count();
-    count(&|name| component_of(name).is_some()) >= 2 || count(&|name| parameter(name).is_some()) >= 4
+    let of_components = count(&|name| component_of(name).is_some()) >= 2;
+    of_components || count(&|name| parameter(name).is_some()) >= 4 || names_constants(&names)
 }
 
 fn is_json_table(path: &Path, start: &str) -> bool {
@@ -314,12 +316,10 @@ pub fn csv_reader(text: &str) -> csv::Reader<&[u8]> {
 
 /// Rows of a CSV file.
 fn csv_rows(text: &str, place: &str, unit: Option<&StressUnit>) -> Result<Vec<Row>> {
-    // A spreadsheet's line "sep=;" says nothing that the header does not say.
-    let marked = text.starts_with("sep=").then(|| format!("#{}", &text[1..]));
-    let text = marked.as_deref().unwrap_or(text);
+    let text = &*without_separator(text);
     let mut reader = csv_reader(text);
     let lines = Lines::new(text);
-    let comma = delimiter(text) != b',';
+    let comma = has_decimal_commas(text);
     let mut columns: Option<Columns> = None;
     let mut rows = Vec::new();
     for record in reader.records() {
@@ -334,6 +334,16 @@ fn csv_rows(text: &str, place: &str, unit: Option<&StressUnit>) -> Result<Vec<Ro
         }
     }
     Ok(rows)
+}
+
+/// A text whose spreadsheet's line "sep=;" is a comment: it says nothing that the header does not say.
+pub fn without_separator(text: &str) -> Cow<'_, str> {
+    if text.starts_with("sep=") { Cow::Owned(format!("#{}", &text[1..])) } else { Cow::Borrowed(text) }
+}
+
+/// Whether commas are decimal marks in a CSV text, for something else parts its fields.
+pub fn has_decimal_commas(text: &str) -> bool {
+    delimiter(text) != b','
 }
 
 /// Line of the record that begins at a byte or after the empty and comment lines there.

@@ -1,4 +1,6 @@
 //! Tests of the readers of files.
 
 mod foreign;
+mod packings;
+mod packings_vtk;
 mod tables;

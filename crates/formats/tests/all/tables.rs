@@ -88,3 +88,45 @@ fn rows_of_one_name_have_numbers() {
     let all = find_reading(path, None, None).unwrap_err().to_string();
     assert!(all.contains("a table of 3 materials: Q#1, Q#2, R"), "{all}");
 }
+
+#[test]
+fn engineering_constants_in_columns() {
+    let file = "unit = \"GPa\"\n[engineering]\nex = 11\ney = 0.9\nez = 0.5\ngyz = 0.2\ngzx = 0.7\ngxy = 0.75\nnu_xy = 0.37\nnu_yz = 0.4\nnu_xz = 0.3";
+    let pine = anisobond_formats::parse_material(file, "pine.toml").unwrap().stiffness;
+    for (heading, row) in [
+        ("E1,E2,E3,nu12,nu13,nu23,G12,G13,G23", "11,0.9,0.5,0.37,0.3,0.4,0.75,0.7,0.2"),
+        ("id;E1;e2;E_3;NU12;ν13;v23;G12;g13;G_23", "pine;11;0,9;0,5;0,37;0,3;0,4;0,75;0,7;0,2"),
+        (
+            "name,Ex (MPa),Ey (MPa),Ez (MPa),nu_xy (-),nu_xz,nu_yz,Gxy (MPa),Gxz (MPa),Gyz (GPa)",
+            "pine,11000,900,500,0.37,0.3,0.4,750,700,0.2",
+        ),
+        ("E1,E2,E3,nu21,nu13,nu23,G12,G13,G23,unit", "110,9,5,0.030272727272727274,0.3,0.4,7.5,7,2,kbar"),
+    ] {
+        let mut rows = parse_table(&format!("{heading}\n{row}"), "t", None).unwrap().rows;
+        let reading = rows.remove(0).reading().unwrap_or_else(|e| panic!("{heading}: {e}"));
+        assert!(pine.relative_error(&reading.material.stiffness) < 1e-12, "{heading}");
+        assert!(reading.read_as.contains("engineering constants e"), "{}", reading.read_as);
+    }
+    let glass = "E (GPa),nu\n60,0.25\n,0.25";
+    let rows = parse_table(glass, "glass.csv", None).unwrap().rows;
+    assert_eq!(first(glass), Ok([72.0, 24.0, 24.0]));
+    let missing = rows[1].material.as_ref().unwrap_err().to_string();
+    assert!(missing.starts_with("glass.csv, line 3") && missing.contains("two of"), "{missing}");
+    assert!(first("E1 (MPa),E2,nu12\n1,2,3").unwrap_err().contains("\"E2\" may have the unit of \"E1 (MPa)\", or GPa"));
+    assert!(first("E,nu (GPa)\n1,.2").unwrap_err().contains("\"nu (GPa)\" is a ratio and has no unit"));
+    let both = "c11,c22,c33,c12,c13,c23,c44,c55,c66,E1,nu12\n328,199,235,69,69,73,66,81,80,1,.2";
+    assert!(first(both).unwrap_err().contains("\"c11\" and \"E1\" both give the stiffness"));
+    // Averages beside a tensor pass.
+    assert!(first(&both.replace("E1,nu12", "K,G")).is_ok());
+}
+
+#[test]
+fn one_unit_among_twenty_one_headings_is_asked_back() {
+    let names: Vec<String> = (1..=6).flat_map(|a| (a..=6).map(move |b| format!("c{a}{b}"))).collect();
+    let row = "328,69,69,0,0,0,199,73,0,0,0,235,0,0,0,66,0,0,81,0,80";
+    let one = names.join(",").replacen("c11", "c11 (MPa)", 1);
+    let said = first(&format!("{one}\n{row}")).unwrap_err();
+    assert!(said.contains("\"c12\" may have the unit of \"c11 (MPa)\", or GPa"), "{said}");
+    assert_eq!(first(&format!("{}\n{row}", one.replace("MPa", "GPa"))), Ok([328.0, 66.0, 80.0]));
+    assert_eq!(first(&format!("{one},unit\n{row},MPa")), Ok([0.328, 0.066, 0.08]));
+}

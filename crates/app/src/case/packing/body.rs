@@ -15,7 +15,7 @@ use anisobond::lattice::{Packing, Solid};
 use anisobond::operator::StiffBond;
 use anisobond::tensor::Stiffness;
 use anisobond::{Error, Result};
-use anisobond_formats::packing::read_packing;
+use anisobond_formats::packing::read_packing_as;
 
 /// A body's extent along a periodic axis may differ from the cell's by this part.
 const FITS: f64 = 1e-6;
@@ -59,7 +59,17 @@ impl Spheres {
 /// The packing of a case, which must be periodic.
 pub(super) fn packing(p: &PackingStatement) -> Result<Packing> {
     let packing = match &p.source {
-        Source::File(path) => read_packing(path).map_err(|e| p.source_spot.at(e))?,
+        Source::File(path, options) => {
+            let read = read_packing_as(path, options).map_err(|e| p.source_spot.at(e))?;
+            // Forces and times depend on what a length is.
+            if read.unit_assumed {
+                let problem = format!("{} names no unit of length", path.display());
+                return Err(p
+                    .source_spot
+                    .wrong(problem, "add length_unit = \"m\", or that which is meant, to [packing]"));
+            }
+            read.packing
+        }
         Source::Random(wanted) => {
             let generated = random(wanted).map_err(|e| p.source_spot.at(e))?;
             if generated.report.outcome != Outcome::Reached {

@@ -15,6 +15,7 @@ use anisobond::experiment::element_test::Rotations;
 use anisobond::experiment::{CellDrive, PackingProblem, ServoPlan};
 use anisobond::lattice::generate::{Extent, Radii, RandomPacking, Target};
 use anisobond::tensor::Stiffness;
+use anisobond_formats::PackingOptions;
 use anisobond_formats::units::Dimension;
 pub use plan::PackingPlan;
 pub(super) use plan::plan;
@@ -28,7 +29,8 @@ const USUAL_GAIN: f64 = 0.01;
 /// Where the spheres come from.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Source {
-    File(PathBuf),
+    /// A file, and what it leaves open.
+    File(PathBuf, PackingOptions),
     Random(RandomPacking),
 }
 
@@ -67,8 +69,14 @@ pub(super) struct PackingStatement {
     pub servo: Option<(Spot, ServoPlan)>,
 }
 
-const KEYS: [&str; 15] = [
+/// Keys of what a file of spheres leaves open.
+const OF_FILE: [&str; 3] = ["length_unit", "frame", "type_radii"];
+
+const KEYS: [&str; 18] = [
     "file",
+    "length_unit",
+    "frame",
+    "type_radii",
     "radius",
     "fuzz",
     "number",
@@ -133,7 +141,19 @@ fn source(table: &Section, shapes: &Shapes, contact_radius: f64) -> Result<(Spot
         if let Some(extra) = generated.iter().find_map(|key| table.get(key)) {
             return Err(extra.wrong("the packing is read from a file", "drop the file to make one, or drop this key"));
         }
-        return Ok((file.spot(), Source::File(shapes.path(file.text()?))));
+        let options = PackingOptions {
+            length_unit: table.get("length_unit").map(|v| v.text().map(String::from)).transpose()?,
+            frame: table.get("frame").map(|v| v.whole(0)).transpose()?.map(|frame| frame as u64),
+            type_radii: table
+                .get("type_radii")
+                .map(|v| v.quantities(Dimension::Length))
+                .transpose()?
+                .unwrap_or_default(),
+        };
+        return Ok((file.spot(), Source::File(shapes.path(file.text()?), options)));
+    }
+    if let Some(extra) = OF_FILE.iter().find_map(|key| table.get(key)) {
+        return Err(extra.wrong("the packing is not read from a file", "drop this key, or name the file"));
     }
     let radius = table.need("radius", "file = \"spheres.txt\", or radius = \"3 mm\" and number = 1000")?;
     let mean = radius.positive_quantity(Dimension::Length)?;

@@ -3,9 +3,8 @@
 
 use super::figure::Figure;
 use super::square::Square;
-use super::unit::{settled, units_of_line};
+use super::unit::{settled, units_of};
 use super::{Found, Source, counted};
-use crate::material::StressUnit;
 use crate::material::matrix::Order;
 use crate::words::quoted;
 use anisobond::{Error, Result};
@@ -44,7 +43,7 @@ fn of_fields(source: &Source, name: &str, order: Order, fields: &[&str]) -> Resu
             return Err(Error::input(problem, "give 36, or 21 of the upper triangle, column by column"));
         }
     };
-    let (mut square, mut own): (Square, Vec<StressUnit>) = (Square::empty(), Vec::new());
+    let mut square = Square::empty();
     for ((a, b), field) in places.into_iter().zip(fields) {
         let number = field.split('[').next().unwrap_or("").trim();
         let figure = Figure::of(number).ok_or_else(|| {
@@ -53,12 +52,9 @@ fn of_fields(source: &Source, name: &str, order: Order, fields: &[&str]) -> Resu
                 "write a number with its unit, as 127[GPa]",
             )
         })?;
-        own.extend(
-            units_of_line(field).into_iter().filter(|u| own.iter().all(|k| k.size != u.size)).collect::<Vec<_>>(),
-        );
         if fields.len() == 21 { square.set(a, b, figure) } else { square.0[a][b] = figure }
     }
-    let unit = settled(source, &own, square.largest())?;
+    let unit = settled(source, &units_of(fields.iter().copied()), square.largest())?;
     let (stiffness, done) = square.stiffness(unit.size, order)?;
     let rows = if order == Order::Voigt { "xx yy zz yz xz xy" } else { "xx yy zz xy yz xz" };
     Ok(Found::new(stiffness, format!("COMSOL list {name} of {}, {}, order {rows}{done}", fields.len(), unit.name)))

@@ -2,9 +2,8 @@
 
 use super::figure::Figure;
 use super::square::Square;
-use super::unit::{settled, units_of_line};
+use super::unit::{settled, units_of};
 use super::{Found, Source};
-use crate::material::StressUnit;
 use crate::material::components::{component_of, name, names};
 use crate::material::matrix::Order;
 use crate::words::enumeration;
@@ -21,7 +20,7 @@ pub(super) fn read(source: &Source) -> Option<Result<Found>> {
 
 fn constants(source: &Source, lines: &[(usize, &str)]) -> Result<Found> {
     let mut square = Square::empty();
-    let (mut seen, mut own): (Vec<String>, Vec<StressUnit>) = (Vec::new(), Vec::new());
+    let (mut seen, mut values): (Vec<String>, Vec<&str>) = (Vec::new(), Vec::new());
     for (n, line) in lines {
         let rest = line.trim_start()[START.len() - 1..].trim();
         let (key, value) = rest.split_once('=').unwrap_or((rest, ""));
@@ -35,12 +34,7 @@ fn constants(source: &Source, lines: &[(usize, &str)]) -> Result<Found> {
                 .at(format!("line {}", n + 1))
         })?;
         square.set(component.0, component.1, figure);
-        own.extend(
-            units_of_line(value)
-                .into_iter()
-                .filter(|u| own.iter().all(|known| known.size != u.size))
-                .collect::<Vec<_>>(),
-        );
+        values.push(value);
         seen.push(name(component));
     }
     let missing: Vec<String> = names().into_iter().filter(|name| !seen.contains(name)).collect();
@@ -50,7 +44,7 @@ fn constants(source: &Source, lines: &[(usize, &str)]) -> Result<Found> {
             "is the file cut off?",
         ));
     }
-    let unit = settled(source, &own, square.largest())?;
+    let unit = settled(source, &units_of(values), square.largest())?;
     let (stiffness, done) = square.stiffness(unit.size, Order::Voigt)?;
     Ok(Found::new(
         stiffness,

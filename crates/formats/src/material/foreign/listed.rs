@@ -1,7 +1,7 @@
 //! Components by name in a text: `C11 = 168.4 GPa`, `C_12: 121.4`, `C(4,4)  75.4`, or a line of names above one of numbers.
 
 use super::figure::{Figure, figures};
-use super::unit::{settled, units_of_line};
+use super::unit::{settled, units_of};
 use super::{Found, MOST_SEARCHED, Source};
 use crate::material::components::{Component, component_of, name};
 use crate::material::{Habits, StressUnit, material_of, parse_class};
@@ -16,7 +16,7 @@ pub(super) fn read(source: &Source) -> Option<Result<Found>> {
     }
     let mut given: Vec<(usize, Component, Figure)> = Vec::new();
     let mut names: Vec<Component> = Vec::new();
-    let mut own: Vec<StressUnit> = Vec::new();
+    let mut naming: Vec<&str> = Vec::new();
     for (n, line) in source.text.lines().enumerate() {
         let found = named(line);
         let values: Vec<_> = found.iter().filter_map(|(c, f)| Some((n + 1, *c, (*f)?))).collect();
@@ -28,15 +28,13 @@ pub(super) fn read(source: &Source) -> Option<Result<Found>> {
         }
         names = if values.is_empty() { found.iter().map(|(c, _)| *c).collect() } else { Vec::new() };
         if !found.is_empty() || given.is_empty() {
-            own.extend(
-                units_of_line(line).into_iter().filter(|u| own.iter().all(|k| k.size != u.size)).collect::<Vec<_>>(),
-            );
+            naming.push(line);
         }
         if given.len() > 1 << 12 {
             break;
         }
     }
-    (given.len() >= 2).then(|| of_components(source, &given, &own))
+    (given.len() >= 2).then(|| of_components(source, &given, &units_of(naming)))
 }
 
 /// The components that a line names, with the number behind each.

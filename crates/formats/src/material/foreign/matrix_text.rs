@@ -3,7 +3,7 @@
 
 use super::grid::{Block, blocks};
 use super::square::Square;
-use super::unit::{settled, units_of_line};
+use super::unit::{settled, units_of};
 use super::{Found, MOST_SEARCHED, Source};
 use crate::material::StressUnit;
 use crate::material::matrix::Order;
@@ -11,10 +11,11 @@ use crate::words::{enumeration, number};
 use anisobond::{Error, Result};
 
 /// Words by which programs are known, and their names.
-const PROGRAMS: [(&str, &str); 12] = [
+const PROGRAMS: [(&str, &str); 13] = [
     ("VASPKIT", "VASPKIT"),
     ("Stiffness Tensor C_ij", "VASPKIT"),
     ("AELAS", "AELAS"),
+    ("Chung-Buessem Anisotropy Index (Ac=(Gv-Gr)/(Gv+Gr))", "AELAS"),
     ("elastool", "ElasTool"),
     ("ElasTool", "ElasTool"),
     ("Elastic Stiffness Constants Cij", "CASTEP"),
@@ -86,8 +87,13 @@ fn whole(source: &Source, block: &Block, square: &Square) -> Result<Found> {
     let factor = block.factor();
     let largest = factor * square.largest();
     let mut own = own_units(source, block);
-    // Its input file is in GPa.
-    if own.is_empty() && source.unit.is_none() && program == Some("VASPKIT") {
+    // VASPKIT's input file and AELAS' output are in GPa, and do not say so.
+    let in_giga_pascal = match program {
+        Some("VASPKIT") => source.unit.is_none(),
+        Some("AELAS") => true,
+        _ => false,
+    };
+    if own.is_empty() && in_giga_pascal {
         own.push(StressUnit::giga_pascal());
     }
     let unit = settled(source, &own, largest)?;
@@ -109,16 +115,8 @@ fn whole(source: &Source, block: &Block, square: &Square) -> Result<Found> {
 
 /// The units of the nearest line above that names any, else those of all words of the text.
 fn own_units(source: &Source, block: &Block) -> Vec<StressUnit> {
-    let near = block.title(|title| !units_of_line(title).is_empty()).map(units_of_line);
-    near.unwrap_or_else(|| {
-        let mut all: Vec<StressUnit> = Vec::new();
-        for unit in source.text.lines().flat_map(units_of_line) {
-            if all.iter().all(|known| known.size != unit.size) && all.len() < 8 {
-                all.push(unit);
-            }
-        }
-        all
-    })
+    let near = block.title(|title| !units_of([title]).is_empty()).map(|title| units_of([title]));
+    near.unwrap_or_else(|| units_of(source.text.lines()))
 }
 
 /// kbar is VASP's unit, and its rows stand in another order.

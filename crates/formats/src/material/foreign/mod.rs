@@ -12,6 +12,7 @@ mod listed;
 mod matrix_text;
 mod msat;
 mod square;
+mod thermo_pw;
 pub mod thomsen;
 mod unit;
 mod vasp;
@@ -68,7 +69,7 @@ impl Found {
 type Reader = fn(&Source) -> Option<Result<Found>>;
 
 /// Every format; one that says more of itself stands before one that says less.
-const FORMATS: [(&str, Reader); 9] = [
+const FORMATS: [(&str, Reader); 10] = [
     ("VASP's OUTCAR", vasp::read),
     ("LAMMPS' elastic constants", lammps::read),
     ("cards of Abaqus and CalculiX", cards::abaqus::read),
@@ -76,6 +77,7 @@ const FORMATS: [(&str, Reader); 9] = [
     ("lists of COMSOL", comsol::read),
     ("Thomsen's parameters", thomsen::read),
     ("rows i j value (MSAT)", msat::read),
+    ("thermo_pw's output_el_cons.dat", thermo_pw::read),
     ("a 6×6 matrix, with or without words around it", matrix_text::read),
     ("lines C11 = value", listed::read),
 ];
@@ -92,6 +94,14 @@ pub(super) fn read(source: &Source) -> Option<Result<Reading>> {
         },
         read_as: found.read_as,
     }))
+}
+
+/// A text of several materials with the lines of one of them only; `None` where the text has no names of materials.
+///
+/// # Errors
+/// No material of that name, or several.
+pub(in super::super) fn of_row(text: &str, row: &str) -> Option<Result<String>> {
+    cards::abaqus::only(text, row)
 }
 
 /// The formats in words, for messages.

@@ -2,18 +2,18 @@
 
 use super::figure::{Figure, figures};
 use super::square::Square;
-use super::unit::{settled, units_of_line};
+use super::unit::{settled, units_of};
 use super::{Found, Source, counted};
 use crate::material::StressUnit;
 use crate::material::matrix::Order;
 use anisobond::{Error, Result};
 
 pub(super) fn read(source: &Source) -> Option<Result<Found>> {
-    let mut own: Vec<StressUnit> = Vec::new();
+    let mut comments: Vec<&str> = Vec::new();
     let mut rows: Vec<(usize, usize, usize, Figure)> = Vec::new();
     for (n, line) in source.text.lines().enumerate() {
         let (line, comment) = line.split_once(['%', '#']).unwrap_or((line, ""));
-        own.extend(units_of_line(comment));
+        comments.push(comment);
         if line.trim().is_empty() {
             continue;
         }
@@ -24,8 +24,7 @@ pub(super) fn read(source: &Source) -> Option<Result<Found>> {
             return None;
         }
     }
-    own.dedup_by(|a, b| a.size == b.size);
-    (rows.len() >= 3).then(|| of_rows(source, &rows, &own).map_err(|e| e.at(source.place)))
+    (rows.len() >= 3).then(|| of_rows(source, &rows, &units_of(comments)).map_err(|e| e.at(source.place)))
 }
 
 fn of_rows(source: &Source, rows: &[(usize, usize, usize, Figure)], own: &[StressUnit]) -> Result<Found> {

@@ -10,9 +10,22 @@ use anisobond::{Error, Result};
 const KNOWN: [&str; 12] =
     ["GPa", "MPa", "kbar", "Mbar", "TPa", "kPa", "N/mm2", "N/m2", "dyn/cm2", "eV/A3", "Pa", "psi"];
 
-/// The units of stress that a line names, each once: "(GPa)", "in kBar", "10^9 Pa".
-pub(super) fn units_of_line(line: &str) -> Vec<StressUnit> {
+/// Most units that are kept: of two the text is refused.
+const MOST: usize = 8;
+
+/// The units of stress that lines name, each once: "(GPa)", "in kBar", "10^9 Pa".
+pub(super) fn units_of<'t>(lines: impl IntoIterator<Item = &'t str>) -> Vec<StressUnit> {
     let mut found: Vec<StressUnit> = Vec::new();
+    for line in lines {
+        add_units(line, &mut found);
+        if found.len() >= MOST {
+            break;
+        }
+    }
+    found
+}
+
+fn add_units(line: &str, found: &mut Vec<StressUnit>) {
     let mut before = "";
     let words = line.split(|c: char| c.is_whitespace() || "()[]{},;:=\"'#%*".contains(c));
     for word in words.filter(|word| !word.is_empty()) {
@@ -25,7 +38,6 @@ pub(super) fn units_of_line(line: &str) -> Vec<StressUnit> {
         }
         before = word;
     }
-    found
 }
 
 fn unit_of(word: &str, before: &str) -> Option<StressUnit> {
@@ -85,7 +97,7 @@ mod tests {
 
     #[test]
     fn units_stand_in_words() {
-        let names = |line: &str| units_of_line(line).iter().map(|u| (u.name.clone(), u.size)).collect::<Vec<_>>();
+        let names = |line: &str| units_of([line]).iter().map(|u| (u.name.clone(), u.size)).collect::<Vec<_>>();
         assert_eq!(names(" TOTAL ELASTIC MODULI (kBar)"), [("kbar".into(), 1e8)]);
         assert_eq!(names("# Voigt, GPA."), [("GPa".into(), 1e9)]);
         assert_eq!(names("# in 10^9 Pa"), [("10^9 Pa".into(), 1e9)]);

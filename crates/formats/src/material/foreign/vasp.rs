@@ -2,7 +2,7 @@
 
 use super::figure::Figure;
 use super::grid::blocks;
-use super::unit::{settled, units_of_line};
+use super::unit::{settled, units_of};
 use super::{Found, Source, counted};
 use crate::material::matrix::Order;
 use anisobond::{Error, Result};
@@ -37,7 +37,7 @@ fn block(source: &Source, text: &str, times: usize) -> Result<Found> {
         Error::input(problem, "is the file cut off, or a number not printed (******)?")
     })?;
     let order = found[0].order().unwrap_or(Order::VASP);
-    let own = units_of_line(lines[0]);
+    let own = units_of([lines[0]]);
     let unit = settled(source, &own, square.largest())?;
     let (stiffness, done) = square.stiffness(unit.size, order)?;
     let which = if times > 1 { format!(" (the last of {times} blocks)") } else { String::new() };

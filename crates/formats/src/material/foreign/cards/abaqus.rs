@@ -3,13 +3,12 @@
 
 use super::super::figure::Figure;
 use super::super::square::Square;
-use super::super::unit::{settled, units_of_line};
+use super::super::unit::{settled, units_of};
 use super::super::{Found, Source, counted};
 use super::{Orthotropic, number_of};
-use crate::material::StressUnit;
 use crate::material::matrix::Order;
-use crate::words::{enumeration, quoted};
-use anisobond::{Error, Result};
+use crate::words::{enumeration, quoted, suggestion};
+use anisobond::{Error, Result, Wording};
 
 /// A card with its data.
 struct Card {
@@ -47,7 +46,10 @@ fn deck(source: &Source) -> Result<Found> {
             let names: Vec<String> =
                 cards.iter().take(8).map(|c| format!("{} (line {})", c.material, c.line)).collect();
             let problem = format!("there are {} *ELASTIC cards: {}", cards.len(), enumeration(&names));
-            return Err(Error::input(problem, "give one material by itself"));
+            let first = cards.first().map_or("", |card| card.material.as_str());
+            let remedy =
+                Wording::from("choose one with ").choice("row", first).words(", or give one material by itself");
+            return Err(Error::input(problem, remedy));
         }
     };
     let mut found = one(source, card).map_err(|e| e.at(format!("line {}", card.line)))?;
@@ -56,6 +58,51 @@ fn deck(source: &Source) -> Result<Found> {
     }
     found.name = card.material.clone();
     Ok(found)
+}
+
+/// The deck with the lines of one material only, by its name in any letter case, or by "line:7" of its card; the lines keep
+/// their numbers. `None` where there is no `*ELASTIC` card.
+///
+/// # Errors
+/// No material of that name, or several.
+pub(in super::super) fn only(text: &str, row: &str) -> Option<Result<String>> {
+    let name_of = |line: &str| {
+        let (name, words) = keyword(line)?;
+        (name == "MATERIAL").then(|| parameter(&words, "NAME").unwrap_or_default())
+    };
+    let is_card = |line: &str| keyword(line).is_some_and(|(name, _)| name == "ELASTIC");
+    let lines: Vec<&str> = text.lines().collect();
+    if !lines.iter().any(|line| is_card(line)) {
+        return None;
+    }
+    let starts: Vec<(usize, String)> =
+        lines.iter().enumerate().filter_map(|(n, line)| Some((n, name_of(line)?))).collect();
+    let end = |which: usize| starts.get(which + 1).map_or(lines.len(), |next| next.0);
+    let of_line = row.strip_prefix("line:").and_then(|line| line.trim().parse::<usize>().ok());
+    let called = |which: &usize| match of_line {
+        Some(line) => (starts[*which].0..end(*which)).contains(&line.saturating_sub(1)),
+        None => starts[*which].1.eq_ignore_ascii_case(row.trim()),
+    };
+    let found: Vec<usize> = (0..starts.len()).filter(called).collect();
+    let names: Vec<&str> = starts.iter().take(12).map(|(_, name)| name.as_str()).collect();
+    Some(match found[..] {
+        [which] => {
+            let kept = starts[which].0..end(which);
+            let is_kept = |n: usize| kept.contains(&n) || lines[n].trim_start().starts_with("**");
+            Ok((0..lines.len()).map(|n| if is_kept(n) { lines[n] } else { "" }).collect::<Vec<_>>().join("\n"))
+        }
+        [] => {
+            Err(Error::input(format!("there is no material {}", quoted(row)), suggestion(&row.to_uppercase(), &names)))
+        }
+        _ => {
+            let at: Vec<String> = found.iter().map(|which| (starts[*which].0 + 1).to_string()).collect();
+            let problem = format!("{} materials are called {}, in lines {}", at.len(), quoted(row), enumeration(&at));
+            Err(Error::input(
+                problem,
+                Wording::from("choose one by its line, as ").choice("row", format!("line:{}", at[0])),
+            ))
+        }
+    })
 }
 
 /// Every `*ELASTIC` card, and whether there is a density.
@@ -111,8 +158,7 @@ fn one(source: &Source, card: &Card) -> Result<Found> {
         return Err(Error::input(problem, remedy));
     }
     let values: Vec<f64> = card.numbers.iter().map(|f| f.value).collect();
-    let own: Vec<StressUnit> =
-        source.text.lines().filter(|line| line.trim_start().starts_with("**")).flat_map(units_of_line).collect();
+    let own = units_of(source.text.lines().filter(|line| line.trim_start().starts_with("**")));
     let moduli = values[..needed].iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let unit = settled(source, &own, moduli)?;
     let mut square = Square::empty();

@@ -2,7 +2,7 @@
 //! the format.
 
 use super::super::square::Square;
-use super::super::unit::{settled, units_of_line};
+use super::super::unit::{settled, units_of};
 use super::super::{Found, Source};
 use super::{Orthotropic, number_of};
 use crate::material::StressUnit;
@@ -32,22 +32,24 @@ pub(in super::super) fn read(source: &Source) -> Option<Result<Found>> {
 
 fn commands(source: &Source) -> Result<Found> {
     let mut said = Said::default();
-    let mut own: Vec<StressUnit> = Vec::new();
+    let own = units_of(source.text.lines().filter_map(|line| Some(line.split_once('!')?.1)));
     for (n, line) in source.text.lines().enumerate() {
-        let (commands, comment) = line.split_once('!').unwrap_or((line, ""));
-        own.extend(units_of_line(comment));
+        let commands = line.split('!').next().unwrap_or("");
         for command in commands.split('$') {
             let words: Vec<String> = command.split(',').map(|word| word.trim().to_uppercase()).collect();
             said.hear(&words).map_err(|e| e.at(format!("line {}", n + 1)))?;
         }
     }
-    own.dedup_by(|a, b| a.size == b.size);
     said.materials.dedup();
     if said.materials.len() > 1 || said.anel > 1 {
         let problem = format!("there are several materials: {}", enumeration(&said.materials));
         return Err(Error::input(problem, "give the commands of one, at one temperature, by themselves"));
     }
-    if said.anel == 1 { matrix(source, &said, &own) } else { constants(source, &said, &own) }
+    let mut found = if said.anel == 1 { matrix(source, &said, &own) } else { constants(source, &said, &own) }?;
+    if said.property("DENS").is_some() {
+        found.read_as += "; MP,DENS is not taken, for the file names no unit of it";
+    }
+    Ok(found)
 }
 
 impl Said {
