@@ -5,7 +5,8 @@ use super::section::{Section, Value};
 use super::{LatticeKind, Result};
 
 /// Keys of grids, and why packings do not take them.
-const OF_GRIDS: [(&str, &str); 5] = [
+const OF_GRIDS: [(&str, &str); 6] = [
+    ("model.metric", "bonds of a packing are calibrated by the norm"),
     ("model.bonds", "packing.bonds says which bonds a packing has"),
     ("model.surface_calibration", "surfaces of packings are not calibrated"),
     ("model.softening", "bonds of a packing break at once"),
