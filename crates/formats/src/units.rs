@@ -323,6 +323,7 @@ impl Dimension {
     fn remedy(self, plain: &str, all: &str) -> String {
         let own = || UNITS.iter().filter(|u| u.0 == self);
         if let Some(size) = self.size_by_prefixes(plain) {
+            let size = format!("{size:.11e}").parse().unwrap_or(size);
             let same = own().find(|u| (u.2 / size - 1.0).abs() < 1e-12).map(|u| u.1);
             return match same {
                 Some(name) => format!("write {name} = {size:e} {}", self.si()),

@@ -2,7 +2,7 @@
 
 use crate::common::grid_forces;
 
-use anisobond::calibration::{LowerBound, ModelCalibrator, ModelSettings};
+use anisobond::calibration::{ModelCalibrator, ModelSettings};
 use anisobond::experiment::{Condition, History, Problem, Schedule, Simulation};
 use anisobond::lattice::{Body, Grid, Influence, Neighbourhood};
 use anisobond::operator::grid::{GridBonds, Stencil};

@@ -12,6 +12,7 @@ mod cases;
 mod cavity;
 mod checked;
 mod cracks;
+mod doubts;
 mod fields;
 mod hybrid;
 mod interfaces;

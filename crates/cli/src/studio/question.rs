@@ -100,7 +100,7 @@ impl Question {
         Ok(Answer {
             page: calibration_page_data(material, &done.report, &done.neighbourhood, &moduli, &self.command())?,
             material: material_text(material),
-            case: calibrated_case(material, &done.neighbourhood, done.result.model()),
+            case: calibrated_case(material, &done.neighbourhood, &done.result),
             command: self.command(),
             seconds,
             done,

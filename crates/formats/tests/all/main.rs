@@ -1,4 +1,5 @@
 //! Tests of the readers of files.
 
+mod digits;
 mod foreign;
 mod tables;
