@@ -91,7 +91,8 @@ impl ElementSweep {
         // The sweep runs its jobs side by side; each on one thread.
         let rotations = rotations(job)?;
         let test = ElementTest { rotations, threads: false, watch: watch.clone(), ..ElementTest::default() };
-        let plan = LatticePlan { metric: metric(job)?, ..LatticePlan::new(model(job)?, correction(job)?, test.clone()) };
+        let plan =
+            LatticePlan { metric: metric(job)?, ..LatticePlan::new(model(job)?, correction(job)?, test.clone()) };
         let study = LatticeStudy::planned(packing.clone(), &material.stiffness, &axis, contact_radius, &plan)?;
         log.line(format_args!("{} contacts, μ = {}", study.lattice.contacts.len(), study.stiffness.mu));
         let report = match dynamic_strain(job)? {

@@ -93,7 +93,10 @@ impl HybridReport {
             outcome: r.outcome(),
             reaches_model_limit: r.feasible(),
             infeasibility: None,
-            bonds_infeasibility: bonds.infeasibility.as_ref().map(|i| InfeasibilityReport::new(i, bonds.lower_bound, bonds.metric)),
+            bonds_infeasibility: bonds
+                .infeasibility
+                .as_ref()
+                .map(|i| InfeasibilityReport::new(i, bonds.lower_bound, bonds.metric)),
             universal_anisotropy: universal_anisotropy(&r.target),
             lower_bound: bonds.lower_bound,
             micromodulus: MicromodulusReport::of(&bonds.micromodulus),

@@ -37,6 +37,8 @@ pub struct Carried {
     pub energy_error: [f64; 2],
     /// The larger of both in size.
     pub largest_energy_error: f64,
+    /// Root mean square of the six relative errors of energy between them.
+    pub energy_distance: f64,
     /// Whether no neighbourhood brings bonds of this model closer in its metric.
     pub reaches_model_limit: bool,
     /// feasible, infeasible or not-converged.
@@ -139,13 +141,14 @@ pub fn rank(table: &Table, neighbourhood: &Neighbourhood, settings: RankSettings
 }
 
 fn carried(c: &Stiffness, reached: &Stiffness, outcome: Outcome, relaxed: Option<f64>) -> Result<Carried> {
-    let energy_error = c
-        .energy_error(reached)
-        .ok_or_else(|| Error::input("the stiffness has no Cholesky factor in floating point", "check its components"))?;
+    let energy_error = c.energy_error(reached).ok_or_else(|| {
+        Error::input("the stiffness has no Cholesky factor in floating point", "check its components")
+    })?;
     Ok(Carried {
         relative_error: c.relative_error(reached),
         energy_error,
         largest_energy_error: energy_error[0].abs().max(energy_error[1].abs()),
+        energy_distance: c.energy_distance(reached).unwrap_or(f64::NAN),
         reaches_model_limit: outcome == Outcome::Feasible,
         outcome,
         free_rotations_error: relaxed,
@@ -185,7 +188,10 @@ impl Ranking {
         let found = SIGNS.iter().filter_map(|sign| Some((condition.find(sign)?, *sign)));
         let Some((at, sign)) = found.min_by_key(|(at, sign)| (*at, std::cmp::Reverse(sign.len()))) else {
             let problem = format!("{condition:?} compares nothing");
-            return Err(Error::input(problem, "write a column, a comparison and a value, as central.relative_error<0.05"));
+            return Err(Error::input(
+                problem,
+                "write a column, a comparison and a value, as central.relative_error<0.05",
+            ));
         };
         let (name, value) = (condition[..at].trim(), condition[at + sign.len()..].trim());
         if self.rows.is_empty() {

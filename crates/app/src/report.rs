@@ -9,8 +9,8 @@ use anisobond::calibration::{
 };
 use anisobond::lattice::Influence;
 use anisobond::tensor::{
-    AverageModuli, DirectionalExtremes, DirectionalModuli, EnergySymmetry, EngineeringConstants, Material, Metric, Stiffness,
-    Symmetry, Wave, WaveExtremes, mandel_weight, monomial_names,
+    AverageModuli, DirectionalExtremes, DirectionalModuli, EnergySymmetry, EngineeringConstants, Material, Metric,
+    Stiffness, Symmetry, Wave, WaveExtremes, mandel_weight, monomial_names,
 };
 use anisobond::{Error, Result};
 

@@ -3,6 +3,7 @@
 use anisobond::Result;
 use anisobond_app::AdviceReport;
 use anisobond_app::advice_report::TensorAdvice;
+use anisobond_formats::{Reading, json_value};
 use serde_json::Value;
 
 use crate::{Ending, args, rows, text};
@@ -11,11 +12,13 @@ pub fn run(args: &args::Advise) -> Result<Ending> {
     if rows::asked(&args.material, &args.table) {
         return rows::run(&args.material, &args.table, args.json, TensorAdvice::new, brief);
     }
-    let material = args.table.find(&args.material)?.material;
+    let Reading { material, read_as, .. } = args.table.find(&args.material)?;
     let report = AdviceReport::new(&material)?;
     text::warn(&report.warnings);
     if args.json {
-        text::print_json(&report)?;
+        let mut document = json_value(&report)?;
+        document["read_as"] = read_as.into();
+        text::print_json(&document)?;
     } else {
         text::print(&describe(&report))?;
     }

@@ -91,9 +91,7 @@ fn settings(args: &args::Calibrate) -> Result<ModelSettings> {
         Some(MetricName::Energy) => Metric::Energy,
     };
     Ok(match args.model {
-        ModelName::Central => {
-            ModelSettings::Central(lower_bound(args.lower_bound.as_deref().unwrap_or("0"))?, metric)
-        }
+        ModelName::Central => ModelSettings::Central(lower_bound(args.lower_bound.as_deref().unwrap_or("0"))?, metric),
         ModelName::Micropolar => ModelSettings::Micropolar(match args.promise {
             None | Some(PromiseName::Sum) => Promise::Sum,
             Some(PromiseName::FreeRotations) => Promise::FreeRotations,

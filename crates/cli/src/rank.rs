@@ -38,7 +38,9 @@ pub fn run(args: &args::Rank) -> Result<Ending> {
         ranking.keep(condition).map_err(|e| e.at("--where"))?;
     }
     if let Some(folder) = &args.output {
-        let title = std::path::Path::new(&args.table).file_stem().map_or_else(|| args.table.clone(), |s| s.to_string_lossy().into());
+        let title = std::path::Path::new(&args.table)
+            .file_stem()
+            .map_or_else(|| args.table.clone(), |s| s.to_string_lossy().into());
         let files = vec![
             ("rank.json", anisobond_formats::json_text(&ranking.json())?.into_bytes()),
             ("rank.csv", ranking.csv()?.into_bytes()),

@@ -106,10 +106,10 @@ fn finish(args: &args::Calibrate, results: &TableResults) -> Result<Ending> {
         eprintln!("{not_converged} did not converge: each says so in its `outcome`");
     }
     Ok(match (not_exact, not_converged) {
+        (1.., _) => Ending::NotExact,
         _ if !failed.is_empty() => Ending::RowsFailed,
         (0, 0) => Ending::Done,
         (0, _) => Ending::NotConverged,
-        _ => Ending::NotExact,
     })
 }
 

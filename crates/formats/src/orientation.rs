@@ -190,7 +190,8 @@ fn form_of<'f>(node: &Node, key: &str) -> Result<&'f Form> {
         let form = FORMS.iter().find(|f| f.keys.iter().any(|k| k.0 == entry.key)).ok_or_else(|| {
             let remedy = match nearest_key(&entry.key, all()) {
                 Some(name) => format!("did you mean {name}?"),
-                None => known_elsewhere(&entry.key).unwrap_or_else(|| format!("use {}", all().collect::<Vec<_>>().join(", "))),
+                None => known_elsewhere(&entry.key)
+                    .unwrap_or_else(|| format!("use {}", all().collect::<Vec<_>>().join(", "))),
             };
             wrong(format!("unknown key {}", quoted(&entry.key)), remedy)
         })?;

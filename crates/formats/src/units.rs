@@ -277,24 +277,25 @@ impl Dimension {
         };
         // A base is a unit of which no part has a prefix.
         const PLAIN: [&str; 8] = ["Pa", "N/m2", "bar", "psi", "m", "g/m3", "N", "J/m2"];
-        bases.filter_map(|&(_, name, size)| {
-            let own = match name {
-                "kg/m3" => ("g/m3", 1e-3),
-                other => (PLAIN.into_iter().find(|p| *p == other)?, size),
-            };
-            let (name, size) = own;
-            match (plain.split_once('/'), name.split_once('/')) {
-                (Some((top, below)), Some((base, under))) => {
-                    let power = under.chars().next_back()?.to_digit(10)? as i32;
-                    let digit = below.chars().next_back()?.to_digit(10)? as i32;
-                    let length = prefixed(&below[..below.len() - 1], &under[..under.len() - 1])?;
-                    (power == digit).then_some(size * prefixed(top, base)? / length.powi(power))
+        bases
+            .filter_map(|&(_, name, size)| {
+                let own = match name {
+                    "kg/m3" => ("g/m3", 1e-3),
+                    other => (PLAIN.into_iter().find(|p| *p == other)?, size),
+                };
+                let (name, size) = own;
+                match (plain.split_once('/'), name.split_once('/')) {
+                    (Some((top, below)), Some((base, under))) => {
+                        let power = under.chars().next_back()?.to_digit(10)? as i32;
+                        let digit = below.chars().next_back()?.to_digit(10)? as i32;
+                        let length = prefixed(&below[..below.len() - 1], &under[..under.len() - 1])?;
+                        (power == digit).then_some(size * prefixed(top, base)? / length.powi(power))
+                    }
+                    (None, None) => Some(size * prefixed(plain, name)?),
+                    _ => None,
                 }
-                (None, None) => Some(size * prefixed(plain, name)?),
-                _ => None,
-            }
-        })
-        .next()
+            })
+            .next()
     }
 
     /// Why `name` is no unit of this dimension.

@@ -139,12 +139,7 @@ impl LatticeStudy {
         LatticeStudy::of_network(lattice, Model::Micropolar, target, network, Some((r.moduli, r.report)))
     }
 
-    fn central(
-        lattice: Lattice,
-        target: &Stiffness,
-        metric: Metric,
-        correction: Option<&Correction>,
-    ) -> Result<Self> {
+    fn central(lattice: Lattice, target: &Stiffness, metric: Metric, correction: Option<&Correction>) -> Result<Self> {
         let (network, corrected) = match correction {
             None => {
                 let aim = target.cauchy_part_in(metric).unwrap_or_else(|| target.cauchy_part());

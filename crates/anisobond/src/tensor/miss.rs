@@ -69,9 +69,7 @@ fn percent(x: f64) -> String {
 pub(super) fn ply() -> Stiffness {
     let (e1, e2, g, n12, n23) = (140e9, 10e9, 5e9, 0.3, 0.4);
     let mut s = nalgebra::Matrix6::zeros();
-    for (a, value) in
-        [1.0 / e1, 1.0 / e2, 1.0 / e2, 2.0 * (1.0 + n23) / e2, 1.0 / g, 1.0 / g].into_iter().enumerate()
-    {
+    for (a, value) in [1.0 / e1, 1.0 / e2, 1.0 / e2, 2.0 * (1.0 + n23) / e2, 1.0 / g, 1.0 / g].into_iter().enumerate() {
         s[(a, a)] = value;
     }
     for (a, b, value) in [(0, 1, -n12 / e1), (0, 2, -n12 / e1), (1, 2, -n23 / e2)] {

@@ -41,7 +41,12 @@ impl Material {
             (Some(density), None, None) => speed(most, density),
             _ => None,
         };
-        stiffness.into_iter().chain(density).chain(speed).chain(wrong_pairs(&self.stiffness)).collect()
+        let crystal = match (&stiffness, &speed) {
+            (None, None) => too_soft_a_crystal(&self.name, most),
+            _ => None,
+        };
+        let own = stiffness.into_iter().chain(density).chain(speed).chain(crystal);
+        own.chain(wrong_pairs(&self.stiffness)).collect()
     }
 }
 
@@ -79,6 +84,40 @@ fn stiffness(most: f64) -> Option<String> {
         ));
     }
     None
+}
+
+/// Stiffest component (Pa) that the softest crystals have: those of rare gases have 1 to 5 GPa.
+const SOFTEST_CRYSTAL: f64 = 5e8;
+
+/// A material that is called by a chemical formula and is softer than any crystal.
+fn too_soft_a_crystal(name: &str, most: f64) -> Option<String> {
+    (most < SOFTEST_CRYSTAL && is_formula(name)).then(|| {
+        let own = gpa(most);
+        format!(
+            "the largest stiffness of {name} is {own}, less than that of any crystal; 1000 times that is {}: is the unit GPa?",
+            gpa(1e3 * most)
+        )
+    })
+}
+
+/// Whether a name is made of symbols of elements and numbers: SiO2, Ca2AgGe.
+fn is_formula(name: &str) -> bool {
+    const ELEMENTS: &str = " H He Li Be B C N O F Ne Na Mg Al Si P S Cl Ar K Ca Sc Ti V Cr Mn Fe Co Ni Cu Zn Ga Ge As Se Br Kr Rb Sr Y Zr \
+                            Nb Mo Tc Ru Rh Pd Ag Cd In Sn Sb Te I Xe Cs Ba La Ce Pr Nd Pm Sm Eu Gd Tb Dy Ho Er Tm Yb Lu Hf Ta W Re Os Ir \
+                            Pt Au Hg Tl Pb Bi Po At Rn Fr Ra Ac Th Pa U Np Pu ";
+    let mut rest = name.trim();
+    let mut told = name.chars().any(|c| c.is_ascii_digit());
+    while rest.starts_with(|c: char| c.is_ascii_uppercase()) {
+        let small = usize::from(rest[1..].starts_with(|c: char| c.is_ascii_lowercase()));
+        let symbol = &rest[..=small];
+        if !ELEMENTS.contains(&format!(" {symbol} ")) {
+            return false;
+        }
+        told |= small > 0;
+        rest = rest[1 + small..].trim_start_matches(|c: char| c.is_ascii_digit());
+    }
+    // Capitals alone (PU, C) are as often something else.
+    rest.is_empty() && told
 }
 
 fn density(density: f64) -> Option<String> {
@@ -209,12 +248,31 @@ mod tests {
     fn a_ratio_of_the_wrong_pair_names_the_likely_key() {
         // E 140/10 GPa; 0.25 was meant for tension along x, and given for tension along y.
         let (e1, e2, g, nu21) = (140e9, 10e9, 5e9, 0.25);
-        let mut s = Matrix6::from_diagonal(&nalgebra::Vector6::new(1.0 / e1, 1.0 / e2, 1.0 / e2, 1.0 / g, 1.0 / g, 1.0 / g));
+        let mut s =
+            Matrix6::from_diagonal(&nalgebra::Vector6::new(1.0 / e1, 1.0 / e2, 1.0 / e2, 1.0 / g, 1.0 / g, 1.0 / g));
         (s[(0, 1)], s[(1, 0)]) = (-nu21 / e2, -nu21 / e2);
         let c = Stiffness::from_compliance_voigt(&s).unwrap();
         let doubts = material(c, None).doubts();
         assert!(doubts.len() == 1 && doubts[0].contains("nu_xy is 3.5 (below √(ex/ey) = 3.742"), "{doubts:?}");
         assert!(doubts[0].ends_with("the key is nu_xy"), "{doubts:?}");
+    }
+
+    #[test]
+    fn formulas_softer_than_any_crystal() {
+        for (name, formula) in [
+            ("SiO2", true),
+            ("Ca2AgGe", true),
+            ("Si", true),
+            ("PU", false),
+            ("rock", false),
+            ("Balsa", false),
+            ("C", false),
+        ] {
+            let soft = Material { name: name.into(), ..material(Stiffness::isotropic(40e6, 20e6), None) };
+            assert_eq!(soft.doubts().len(), usize::from(formula), "{name}");
+            let hard = Material { name: name.into(), ..material(Stiffness::isotropic(40e9, 20e9), None) };
+            assert!(hard.doubts().is_empty());
+        }
     }
 
     #[test]

@@ -146,7 +146,8 @@ fn classes_in_the_sense_of_energy() {
         }
         let lower = nalgebra::Cholesky::new(*c.mandel()).unwrap().l();
         let noise = Matrix6::from_fn(|_, _| 0.5 * 0.01 * normal(&mut random));
-        let noisy = Stiffness::from_mandel(lower * (Matrix6::identity() + noise + noise.transpose()) * lower.transpose());
+        let noisy =
+            Stiffness::from_mandel(lower * (Matrix6::identity() + noise + noise.transpose()) * lower.transpose());
         let found = noisy.symmetry_in_energy(&noisy.symmetry_by_noise(), None).unwrap();
         all += 1;
         right += usize::from(found.class == class);

@@ -41,7 +41,9 @@ pub(super) fn model(root: &Section, shapes: &Shapes) -> Result<ModelStatement> {
     if let Some(v) = table.get("metric") {
         model.metric = v.choice(&[("norm", Metric::Norm), ("energy", Metric::Energy)])?;
         if model.bonds == Model::Hybrid {
-            return Err(v.wrong("the hybrid model reaches every tensor", "leave metric out, or use bonds = \"central\""));
+            return Err(
+                v.wrong("the hybrid model reaches every tensor", "leave metric out, or use bonds = \"central\"")
+            );
         }
     }
     if let Some(v) = table.get("kinematics") {

@@ -132,7 +132,8 @@ mod tests {
         {
             assert!(warning.contains(words), "{warning}");
         }
-        let fine = json!({ "target": diagonal(1e9), "reached": diagonal(1e9), "stable": true, "reaches_model_limit": true });
+        let fine =
+            json!({ "target": diagonal(1e9), "reached": diagonal(1e9), "stable": true, "reaches_model_limit": true });
         assert!(warnings(&fine, &super::tensors(&fine)).is_empty());
     }
 

@@ -7,6 +7,9 @@ use anisobond::tensor::{Material, Metric};
 use anisobond_app::{CaseFile, RankSettings, rank};
 use anisobond_formats::parse_table;
 use case_common::{BLOCK, case, message, problem};
+use nalgebra::Vector3;
+
+use crate::common::jittered;
 
 #[test]
 fn sizes_and_densities_that_no_matter_has_are_noted() {
@@ -49,7 +52,8 @@ fn a_case_takes_the_metric() {
 fn a_ranking_is_that_of_its_rows() {
     let row = |name: &str| {
         let c = Material::builtin(name).unwrap().stiffness.voigt();
-        let all: Vec<String> = (0..6).flat_map(|a| (a..6).map(move |b| (a, b))).map(|i| (1e-9 * c[i]).to_string()).collect();
+        let all: Vec<String> =
+            (0..6).flat_map(|a| (a..6).map(move |b| (a, b))).map(|i| (1e-9 * c[i]).to_string()).collect();
         format!("{name},{}", all.join(","))
     };
     let names: Vec<String> = (1..=6).flat_map(|a| (a..=6).map(move |b| format!("c{a}{b}"))).collect();
@@ -57,11 +61,8 @@ fn a_ranking_is_that_of_its_rows() {
     let builtin = Material::builtin_names();
     let rows: Vec<String> = builtin.iter().map(|name| row(name)).collect();
     let text = format!("{header}\n{}\nbroken{}\n", rows.join("\n"), ",x".repeat(21));
-    let settings = || RankSettings {
-        models: vec![anisobond::calibration::Model::Central],
-        metric: Metric::Norm,
-        within: 0.01,
-    };
+    let settings =
+        || RankSettings { models: vec![anisobond::calibration::Model::Central], metric: Metric::Norm, within: 0.01 };
     let grid = anisobond::lattice::Neighbourhood::sphere(6.0, 1.0, anisobond::lattice::Influence::Inverse).unwrap();
     let mut all = rank(&parse_table(&text, "t.csv", None).unwrap(), &grid, settings()).unwrap();
     assert_eq!((all.rows.len(), all.failed.len(), all.all), (8, 1, 9));
@@ -69,7 +70,8 @@ fn a_ranking_is_that_of_its_rows() {
         let c = Material::builtin(name).unwrap().stiffness;
         let gap = found["central"]["relative_error"].as_f64().unwrap();
         assert!((gap - c.cauchy_gap()).abs() < 1e-9, "{name}");
-        let alone = rank(&parse_table(&format!("{header}\n{}\n", row(name)), "t.csv", None).unwrap(), &grid, settings());
+        let alone =
+            rank(&parse_table(&format!("{header}\n{}\n", row(name)), "t.csv", None).unwrap(), &grid, settings());
         assert_eq!(found["central"], alone.unwrap().rows[0]["central"], "{name}");
     }
     all.sort("-central.relative_error").unwrap();
@@ -78,4 +80,37 @@ fn a_ranking_is_that_of_its_rows() {
     all.keep("carried_by=central").unwrap();
     assert_eq!((all.rows.len(), all.rows[0]["id"].as_str()), (1, Some("Pyroceram")));
     assert!(all.csv().unwrap().contains("broken"));
+}
+
+/// Lattices of packings and sweeps over them: closest in energy in that metric, and refused where nothing would feel it.
+#[test]
+fn packings_and_sweeps_take_the_metric() {
+    use anisobond::calibration::Model;
+    use anisobond::experiment::element_test::ElementTest;
+    use anisobond::experiment::{CorrectionChoice, LatticePlan, LatticeStudy};
+    use anisobond_app::element_sweep::ElementSweep;
+    use anisobond_app::sweep::ParameterTable;
+
+    let packing = jittered(8, 3, 0.2);
+    let c = Material::builtin("Te2W").unwrap().stiffness;
+    let study = |metric, correct| {
+        let plan = LatticePlan { metric, ..LatticePlan::new(Model::Central, correct, ElementTest::default()) };
+        LatticeStudy::planned(packing.clone(), &c, &Vector3::z(), 1.6, &plan)
+    };
+    let distance = |metric| c.energy_distance(&study(metric, None).unwrap().summed()).unwrap();
+    assert!(distance(Metric::Energy) < distance(Metric::Norm));
+    assert!(study(Metric::Energy, Some(CorrectionChoice::General)).unwrap_err().to_string().contains("metric"));
+
+    let folder = tempfile::tempdir().unwrap();
+    anisobond_formats::write_packing(folder.path().join("p.txt"), &packing).unwrap();
+    let sweep = |more: &str| {
+        let text = format!(
+            "packing = \"p.txt\"\nmaterial = \"Te2W\"\ncontact_radius = 1.6\n{more}\n[parameters]\ndip = [0]\nstrike = [0]\n"
+        );
+        let file = folder.path().join("table.toml").display().to_string();
+        ElementSweep::new(&ParameterTable::parse(&text, &file).unwrap()).map(|_| ()).map_err(|e| e.to_string())
+    };
+    sweep("model = \"central\"\nmetric = \"energy\"").unwrap();
+    assert!(sweep("metric = \"energy\"").unwrap_err().contains("central bonds without correction"));
+    assert!(sweep("model = \"central\"\nmetric = \"length\"").unwrap_err().contains("use norm or energy"));
 }

@@ -76,7 +76,8 @@ fn a_watch_that_stops_ends_tests_and_corrections() {
         let study = |watch: &Arc<Watch>, tolerance: f64| {
             let test = ElementTest { watch: watch.clone(), ..discontent(40) };
             let correction = Correction { test, tolerance, ..Correction::default() };
-            let plan = LatticePlan { model: Model::Micropolar, correction: Some((choice, correction)), metric: Metric::Norm };
+            let plan =
+                LatticePlan { model: Model::Micropolar, correction: Some((choice, correction)), metric: Metric::Norm };
             LatticeStudy::planned(lattice().packing, &rock(), &Vector3::z(), 1.6, &plan)
         };
         // A first test that is near enough has no correction after it.

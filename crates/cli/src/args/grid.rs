@@ -55,7 +55,7 @@ Examples:
   anisobond calibrate crystals.csv --jsonl > crystals.jsonl
 
 Exit codes: 0 done, 2 bad input, 3 --require-exact asked and not reached, 4 a calibration did not converge, 5 rows of a table
-failed and the others are done (5 before 3 and 4), 130 interrupted.")]
+failed and the others are done (3 before 5 before 4), 130 interrupted.")]
 pub struct Calibrate {
     /// Built-in name, file of a material (TOML, JSON, what another program wrote) or table of materials (CSV, JSON)
     #[arg(value_name = "MATERIAL|TABLE")]

@@ -465,7 +465,9 @@ fn within_bounds(constants: &Constants) -> Result<()> {
         let [ex, ey] = [i, j].map(|axis| Name::Young(axis).key());
         let (own, other) = (Name::Poisson(i, j).key(), Name::Poisson(j, i).key());
         let remedy = match k.value.abs() < 1.0 / bound {
-            true => format!("if it is the strain along {} under tension along {}, its key is {other}", axis(i), axis(j)),
+            true => {
+                format!("if it is the strain along {} under tension along {}, its key is {other}", axis(i), axis(j))
+            }
             false => format!("check {own}, {ex} and {ey}"),
         };
         let problem = format!("{} = {} must be below √({ex}/{ey}) = {}", k.from, number(k.value), number(bound));

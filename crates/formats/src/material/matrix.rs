@@ -181,7 +181,8 @@ impl Given<'_> {
                 let problem = "order says nothing of all 3×3×3×3 components, whose indices are their order";
                 return Err(node.wrong(key, problem, "remove it"));
             }
-            return of_full(node, &all, key, self.scatter, value).map(|m| m.map_with_location(|a, b, c| c * weight(a) * weight(b)));
+            return of_full(node, &all, key, self.scatter, value)
+                .map(|m| m.map_with_location(|a, b, c| c * weight(a) * weight(b)));
         }
         let entries = numbered(node, key, order)?;
         let mut matrix = Matrix6::zeros();

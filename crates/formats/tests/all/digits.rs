@@ -17,7 +17,9 @@ fn constants_of_three_digits_make_the_closest_tensor_of_their_class() {
     let text = "unit = \"GPa\"\nclass = \"trigonal\"\nc11 = 464\nc12 = 159\nc13 = 141\nc14 = -45\nc33 = 493\nc44 = 125\nc66 = 153\n";
     let found = read(text);
     assert_eq!(found.notes.len(), 1);
-    assert!(found.read_as.contains("made trigonal within the digits given (c66 = 153 GPa, where the others say 152.5 GPa)"));
+    assert!(
+        found.read_as.contains("made trigonal within the digits given (c66 = 153 GPa, where the others say 152.5 GPa)")
+    );
     let c = found.material.stiffness;
     assert!(c.relative_error(&SymmetryClass::Trigonal.project(&c)) < 1e-14);
     let v = c.voigt();
@@ -41,7 +43,10 @@ fn matrices_with_noise_are_made_symmetric_and_of_their_class() {
     let found = read(&format!("unit = \"GPa\"\nclass = \"cubic\"\nstiffness = [{matrix}]\n"));
     let c = found.material.stiffness;
     assert!(c.relative_error(&SymmetryClass::Cubic.project(&c)) < 1e-14);
-    assert!(found.read_as.contains("made symmetric (entries differ by up to") && found.read_as.contains("made cubic (it was"));
+    assert!(
+        found.read_as.contains("made symmetric (entries differ by up to")
+            && found.read_as.contains("made cubic (it was")
+    );
     assert_eq!(found.notes.len(), 2);
     let wrong = matrix.replacen("64.", "74.", 1);
     assert!(message(&format!("unit = \"GPa\"\nstiffness = [{wrong}]\n")).contains("not symmetric"));

@@ -212,6 +212,21 @@ def calibrate_table(
     **keywords: Unpack[_Bonds],
 ) -> Table: ...
 
+def rank(
+    table: _Path,
+    neighbourhood: Neighbourhood | None = None,
+    *,
+    model: Literal["central", "micropolar"] | None = None,
+    metric: Literal["norm", "energy"] | None = None,
+    within: float = 0.01,
+    sort: str | None = None,
+    where: list[str] | None = None,
+    unit: str | None = None,
+    output: _Path | None = None,
+    force: bool = False,
+    **keywords: Unpack[_Bonds],
+) -> Table: ...
+
 @final
 class Advice(Report):
     @property
