@@ -120,8 +120,6 @@ pub struct Calibration {
     pub cauchy_gap: f64,
     /// In which sense the bonds come close to a target out of reach.
     pub metric: Metric,
-    /// What the bonds are to reach: the Cauchy part S, or S* that is closest in the sense of energy.
-    pub aim: Stiffness,
     /// Micromodulus c of every bond, in the neighbourhood's order (N/m⁶).
     pub micromodulus: Vec<f64>,
     /// The lower bound l that was in force (N/m⁶).
@@ -142,6 +140,12 @@ pub struct Calibration {
 }
 
 impl Calibration {
+    /// What the bonds are to reach: the Cauchy part S, or S* that is closest in the sense of energy.
+    pub fn aim(&self) -> Stiffness {
+        // The target was checked; there is such a tensor.
+        self.target.cauchy_part_in(self.metric).unwrap_or_else(|| self.target.cauchy_part())
+    }
+
     /// Whether the bonds reach their aim, to 10⁻¹², with the least norm.
     pub fn feasible(&self) -> bool {
         self.infeasibility.is_none() && self.converged
@@ -292,7 +296,6 @@ impl<'a> Calibrator<'a> {
         });
         Ok(Calibration {
             metric,
-            aim,
             target: *target,
             relative_error: target.relative_error(&reached),
             reached,

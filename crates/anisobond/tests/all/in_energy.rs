@@ -27,7 +27,7 @@ fn errors_of_the_built_in_crystals() {
         let c = Material::builtin(name).unwrap().stiffness;
         let r = calibrator.calibrate_in(&c, ZERO, Metric::Energy).unwrap();
         assert!(r.feasible() && r.metric == Metric::Energy, "{name}");
-        assert!(r.aim.relative_error(&r.reached) < 1e-11, "{name}");
+        assert!(r.aim().relative_error(&r.reached) < 1e-11, "{name}");
         let [a, b] = c.energy_error(&r.reached).unwrap();
         assert!((100.0 * r.relative_error - norm).abs() < 6e-4, "{name} {}", r.relative_error);
         assert!((100.0 * a - least).abs() < 0.006 && (100.0 * b - largest).abs() < 0.006, "{name} {a} {b}");

@@ -271,6 +271,9 @@ fn complete(
     Ok((voigt, Some(words)))
 }
 
+/// A component, and what it should be by the others (Pa).
+type Off<'g, 'n> = (&'g Given<'n>, f64);
+
 /// Given components of which none follows from the others, and the one that is furthest from what follows, if that is not
 /// rounding; refuses one that contradicts those before it by more than the digits of all of them. The class's own
 /// constants come first, so that a contradiction reads as in a textbook: c66 against (c11 − c12)/2.
@@ -279,13 +282,13 @@ fn independent<'g, 'n>(
     rows: &Rows,
     given: &'g [Given<'n>],
     unit: &StressUnit,
-) -> Result<(Vec<&'g Given<'n>>, Option<(&'g Given<'n>, f64)>)> {
+) -> Result<(Vec<&'g Given<'n>>, Option<Off<'g, 'n>>)> {
     let rank = |g: &&Given| setting.constants.iter().position(|c| *c == g.component).unwrap_or(21);
     let mut ordered: Vec<&Given> = given.iter().collect();
     ordered.sort_by_key(|g| (rank(g), index(g.component)));
     let tolerance = rounding(given);
     let mut independent: Vec<&Given> = Vec::new();
-    let mut off: Option<(&Given, f64)> = None;
+    let mut off: Option<Off> = None;
     for g in ordered {
         let basis: Vec<Component> = independent.iter().map(|g| g.component).collect();
         let Some(factors) = rows.express(g.component, &basis) else {
