@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::report::{
-    InfeasibilityReport, MicromodulusReport, NeighbourhoodReport, SolverReport, Voigt, WavesOfGrid,
+    InfeasibilityReport, MicromodulusReport, NeighbourhoodReport, SolverReport, Voigt, WavesOfGrid, doubts,
     universal_anisotropy,
 };
 use anisobond::calibration::{HybridCalibration, HybridForm, Model, Outcome, TraceEvidence};
@@ -105,7 +105,7 @@ impl HybridReport {
             dual: bonds.dual,
             monomials: monomial_names(),
             solver: SolverReport { iterations: bonds.iterations, residual: bonds.residual, converged: bonds.converged },
-            warnings: material.doubts(),
+            warnings: doubts(material, neighbourhood),
         }
     }
 }

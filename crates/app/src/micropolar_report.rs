@@ -2,7 +2,9 @@
 
 use serde::Serialize;
 
-use crate::report::{MicromodulusReport, NeighbourhoodReport, SolverReport, Voigt, WavesOfGrid, universal_anisotropy};
+use crate::report::{
+    MicromodulusReport, NeighbourhoodReport, SolverReport, Voigt, WavesOfGrid, doubts, universal_anisotropy,
+};
 use anisobond::calibration::{
     Cause, MicropolarCalibration, MicropolarInfeasibility, Model, Outcome, Promise, WaveEvidence,
 };
@@ -112,7 +114,7 @@ impl MicropolarReport {
             waves: WavesOfGrid::new(&waves.stability, &waves.target, waves.reached.as_ref()),
             dual: std::array::from_fn(|a| std::array::from_fn(|b| r.dual[(a, b)])),
             solver: SolverReport { iterations: r.iterations, residual: r.residual, converged: r.converged },
-            warnings: material.doubts(),
+            warnings: doubts(material, neighbourhood),
         }
     }
 }

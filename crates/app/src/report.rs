@@ -10,7 +10,7 @@ use anisobond::calibration::{
 use anisobond::lattice::Influence;
 use anisobond::tensor::{
     AverageModuli, DirectionalExtremes, DirectionalModuli, EnergySymmetry, EngineeringConstants, Material, Metric,
-    Stiffness, Symmetry, Wave, WaveExtremes, mandel_weight, monomial_names,
+    Stiffness, Symmetry, Wave, WaveExtremes, doubtful_length, mandel_weight, monomial_names,
 };
 use anisobond::{Error, Result};
 
@@ -331,9 +331,14 @@ impl CalibrationReport {
             dual: r.dual,
             monomials: monomial_names(),
             solver: SolverReport { iterations: r.iterations, residual: r.residual, converged: r.converged },
-            warnings: material.doubts(),
+            warnings: doubts(material, neighbourhood),
         }
     }
+}
+
+/// What is not plausible of a material and of the grid on which it is calibrated.
+pub(super) fn doubts(material: &Material, neighbourhood: &NeighbourhoodReport) -> Vec<String> {
+    material.doubts().into_iter().chain(doubtful_length("the spacing", neighbourhood.spacing)).collect()
 }
 
 /// A^U, NaN where the compliance is singular.
