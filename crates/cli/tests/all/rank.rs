@@ -87,12 +87,16 @@ fn the_metric_is_that_of_the_ranking() {
         );
         parsed(&r)["rows"].as_array().unwrap().clone()
     };
+    let mut closer = 0;
     for (norm, energy) in rows("norm").iter().zip(&rows("energy")) {
         let number = |row: &Value, key: &str| row["central"][key].as_f64().unwrap();
         assert_eq!(norm["id"], energy["id"]);
-        assert!(number(norm, "relative_error") < number(energy, "relative_error"));
-        assert!(number(norm, "energy_distance") > number(energy, "energy_distance"));
+        // One of the rows satisfies Cauchy's relations: there both are rounding.
+        assert!(number(norm, "relative_error") <= number(energy, "relative_error") + 1e-12);
+        assert!(number(energy, "energy_distance") <= number(norm, "energy_distance") + 1e-12);
+        closer += usize::from(number(energy, "energy_distance") < 0.999 * number(norm, "energy_distance"));
     }
+    assert!(closer >= 6, "{closer}");
 }
 
 /// Rows that fail: the others are done, and the exit code is 5; none that is done: 2.
