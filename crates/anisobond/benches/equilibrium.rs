@@ -7,7 +7,7 @@
 
 use std::time::Instant;
 
-use anisobond::calibration::{LowerBound, ModelCalibrator, ModelSettings};
+use anisobond::calibration::{ModelCalibrator, ModelSettings};
 use anisobond::lattice::{Body, Grid, Influence, Neighbourhood};
 use anisobond::operator::grid::{GridBonds, Stencil};
 use anisobond::operator::{GridOperator, VectorField};
@@ -69,7 +69,7 @@ fn block(n: usize, c: &Stiffness, crack: bool, hybrid: bool, discs: Discs) -> (G
     if !discs.is_empty() {
         load.components[2][..n * n].fill(-1e6 * spacing * spacing);
     }
-    let settings = if hybrid { ModelSettings::Hybrid(None) } else { ModelSettings::Central(LowerBound::Value(0.0)) };
+    let settings = if hybrid { ModelSettings::Hybrid(None) } else { ModelSettings::central() };
     let calibrator = ModelCalibrator::new(&neighbourhood, settings).expect("a calibrator");
     let material = calibrator.calibrate(c).expect("a calibrated material");
     let mut stencil = Stencil::new(&neighbourhood, material.normal());

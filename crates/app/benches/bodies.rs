@@ -1,7 +1,7 @@
 //! Bodies on grids against closed forms: waves, beams, a pressurised hole, and how errors fall. Run with
 //! `cargo bench -p anisobond-app --bench bodies [-- waves thin patch beam hole]`; `verification/bodies.sh` keeps what it prints.
 
-use anisobond::calibration::{LowerBound, Model, ModelCalibrator, ModelSettings};
+use anisobond::calibration::{Model, ModelCalibrator, ModelSettings};
 use anisobond::experiment::closed_forms::{Cantilever, PressurisedHole, bar_wave, plate_waves};
 use anisobond::experiment::{Condition, FieldName, History, Problem, Simulation};
 use anisobond::lattice::{Body, Grid, Influence, Neighbourhood};
@@ -42,7 +42,7 @@ fn order(coarse: f64, fine: f64) -> f64 {
 /// Bonds of a periodic block, and the stiffness that they reach.
 fn periodic(nodes: [usize; 3], c: &Stiffness, hybrid: bool) -> (GridBonds<f64>, Stiffness) {
     let neighbourhood = Neighbourhood::sphere(3.0, SPACING, Influence::Inverse).expect("a neighbourhood");
-    let settings = if hybrid { ModelSettings::Hybrid(None) } else { ModelSettings::Central(LowerBound::Value(0.0)) };
+    let settings = if hybrid { ModelSettings::Hybrid(None) } else { ModelSettings::central() };
     let material = ModelCalibrator::new(&neighbourhood, settings).and_then(|m| m.calibrate(c)).expect("a material");
     let mut stencil = Stencil::new(&neighbourhood, material.normal());
     stencil.nodal = material.nodal().copied().filter(|z| z.norm() > 0.0);

@@ -76,7 +76,7 @@ fn main() {
     println!("\ntable of 1000 materials, one thread: tensor to JSON, waves included");
     let table = thousand(&materials);
     let models = [
-        ("central", ModelSettings::Central(LowerBound::Value(0.0))),
+        ("central", ModelSettings::central()),
         ("micropolar", ModelSettings::Micropolar(Promise::Sum)),
         ("hybrid", ModelSettings::Hybrid(None)),
     ];

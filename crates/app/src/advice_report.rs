@@ -21,6 +21,33 @@ pub struct AdviceReport {
     pub advice: Advice,
     /// The models calibrated on a dense neighbourhood.
     pub reference: DenseReference,
+    /// What is not plausible of the material: units or keys that may be wrong.
+    pub warnings: Vec<String>,
+}
+
+/// What the tensor alone says of the models, without any neighbourhood: for rows of tables.
+#[derive(Clone, Debug, Serialize)]
+pub struct TensorAdvice {
+    /// Name of the material.
+    pub material: String,
+    /// Where its numbers come from.
+    pub source: String,
+    /// The advice.
+    #[serde(flatten)]
+    pub advice: Advice,
+    /// What is not plausible of the material: units or keys that may be wrong.
+    pub warnings: Vec<String>,
+}
+
+impl TensorAdvice {
+    /// Advise on a material.
+    ///
+    /// # Errors
+    /// A tensor that is not positive definite.
+    pub fn new(material: &Material) -> Result<Self> {
+        let (material, source, warnings) = (material, material.source.clone(), material.doubts());
+        Ok(TensorAdvice { material: material.name.clone(), source, advice: advise(&material.stiffness)?, warnings })
+    }
 }
 
 impl AdviceReport {
@@ -35,6 +62,7 @@ impl AdviceReport {
             stiffness: material.stiffness.voigt_rows(),
             advice: advise(&material.stiffness)?,
             reference: DenseReference::of(&material.stiffness)?,
+            warnings: material.doubts(),
         })
     }
 }

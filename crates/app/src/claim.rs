@@ -14,10 +14,11 @@ use anisobond_formats::atomic::{TEMPORARY, write_atomically};
 const LOCK: &str = ".anisobond.lock";
 
 /// Files that tell what a folder is of, and what that is.
-const HEADS: [(&str, &str); 11] = [
+const HEADS: [(&str, &str); 12] = [
     ("calibration.json", "a calibration"),
     ("calibrations.csv", "the calibrations of a table"),
     ("journal.jsonl", "the calibrations of a table"),
+    ("rank.json", "a ranking"),
     ("lattice.json", "a lattice"),
     ("element-test.json", "an element test"),
     ("results.sqlite", "a sweep"),
@@ -29,7 +30,7 @@ const HEADS: [(&str, &str); 11] = [
 ];
 
 /// What stands beside them.
-const COMPANIONS: [&str; 58] = [
+const COMPANIONS: [&str; 60] = [
     "bonds.csv",
     "journal.inputs.json",
     "neighbourhood.vtp",
@@ -40,6 +41,8 @@ const COMPANIONS: [&str; 58] = [
     "material.toml",
     "case.toml",
     "report.html",
+    "rank.html",
+    "rank.csv",
     "packing.csv",
     "lattice.vtp",
     "spheres.svg",

@@ -16,7 +16,7 @@ use anisobond::experiment::element_test::{DynamicTest, ElementTest, Rotations};
 use anisobond::experiment::{CorrectionChoice, LatticePlan, LatticeStudy, anisotropy_axis, turned_to_axis};
 use anisobond::lattice::Packing;
 use anisobond::solver::Watch;
-use anisobond::tensor::{Material, Stiffness};
+use anisobond::tensor::{Material, Metric, Stiffness};
 use anisobond::{Error, Result};
 use anisobond_formats::inputs::{Inputs, recorded};
 use anisobond_formats::{
@@ -28,11 +28,11 @@ use anisobond_plot::{Chart, StiffnessRow, stiffness_chart};
 ///
 /// `packing` (a file; required), with `length_unit`, `frame` and `type_radii` where it leaves them open; `contact_radius` (required); `material` (a name or a file) or `c11`, `c33`, `c13`, `c12` with
 /// units; `strike` and `dip` (degrees) or `axis` ("x,y,z"); `rotations` (free, blocked); `method` (static, dynamic) and
-/// `strain` (of a dynamic test); `model` (central, micropolar, hybrid) and `correct` (general, elliptic, no).
+/// `strain` (of a dynamic test); `model` (central, micropolar, hybrid), `correct` (general, elliptic, no) and `metric` (norm, energy; of central bonds).
 #[rustfmt::skip]
-pub const PARAMETERS: [&str; 18] = [
+pub const PARAMETERS: [&str; 19] = [
     "packing", "contact_radius", "material", "c11", "c33", "c13", "c12", "axis", "strike", "dip", "rotations", "method",
-    "strain", "model", "correct", "length_unit", "frame", "type_radii",
+    "strain", "model", "correct", "metric", "length_unit", "frame", "type_radii",
 ];
 
 /// The files that the jobs of a table need, read once.
@@ -75,7 +75,8 @@ impl ElementSweep {
             number(job, "contact_radius")?.ok_or_else(|| placed(missing("contact_radius")))?;
             rotations(job).map_err(placed)?;
             dynamic_strain(job).map_err(placed)?;
-            model(job).and(correction(job)).map_err(placed)?;
+            metric(job).map_err(placed)?;
+            correction(job).map_err(placed)?;
         }
         Ok(sweep)
     }
@@ -93,7 +94,8 @@ impl ElementSweep {
         // The sweep runs its jobs side by side; each on one thread.
         let rotations = rotations(job)?;
         let test = ElementTest { rotations, threads: false, watch: watch.clone(), ..ElementTest::default() };
-        let plan = LatticePlan::new(model(job)?, correction(job)?, test.clone());
+        let plan =
+            LatticePlan { metric: metric(job)?, ..LatticePlan::new(model(job)?, correction(job)?, test.clone()) };
         let study = LatticeStudy::planned(packing.clone(), &material.stiffness, &axis, contact_radius, &plan)?;
         log.line(format_args!("{} contacts, μ = {}", study.lattice.contacts.len(), study.stiffness.mu));
         let report = match dynamic_strain(job)? {
@@ -283,6 +285,22 @@ fn spheres(job: &Job) -> Result<(String, PackingOptions)> {
     match job.get("type_radii") {
         None => Ok((key, options)),
         Some(radii) => Ok((key, options.with_type_radii(&radii.to_string()).map_err(|e| e.at("type_radii"))?)),
+    }
+}
+
+/// In which sense central bonds come close; refused for what else would not feel it.
+fn metric(job: &Job) -> Result<Metric> {
+    let metric = match job.get("metric").map(|value| value.text().and_then(Metric::named)) {
+        None => return model(job).map(|_| Metric::Norm),
+        Some(Some(metric)) => metric,
+        Some(None) => return Err(Error::input("metric is none that is known", "use norm or energy")),
+    };
+    match (metric, model(job)?, correction(job)?) {
+        (Metric::Norm, ..) | (_, Model::Central, None) => Ok(metric),
+        _ => Err(Error::input(
+            "metric = \"energy\" is for central bonds without correction",
+            "give model = \"central\" and no correction, or leave it out",
+        )),
     }
 }
 

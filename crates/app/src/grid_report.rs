@@ -139,6 +139,7 @@ impl GridTestReport {
                 .miss(&r.measured)
                 .map(|miss| format!("the cell is not the material: {miss}"))
                 .into_iter()
+                .chain(material.doubts())
                 .collect(),
             engineering: r.engineering.map(Engineering::from),
             nodal_term: study.network.nodal.as_ref().map(|term| term.stiffness.voigt_rows()),

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::report::{
-    InfeasibilityReport, MicromodulusReport, NeighbourhoodReport, SolverReport, Voigt, WavesOfGrid,
+    InfeasibilityReport, MicromodulusReport, NeighbourhoodReport, SolverReport, Voigt, WavesOfGrid, doubts,
     universal_anisotropy,
 };
 use anisobond::calibration::{HybridCalibration, HybridForm, Model, Outcome, TraceEvidence};
@@ -44,8 +44,8 @@ pub struct HybridReport {
     pub cauchy_gap: f64,
     /// feasible or not-converged.
     pub outcome: Outcome,
-    /// Whether bonds and nodal term together reach the target.
-    pub feasible: bool,
+    /// Whether bonds and nodal term together reach the target, which is what they can at the most.
+    pub reaches_model_limit: bool,
     /// Always `None`: there is no positive definite tensor out of reach.
     pub infeasibility: Option<InfeasibilityReport>,
     /// Why the bonds alone do not reach the Cauchy part of what they are to carry; `None` when they do.
@@ -67,6 +67,8 @@ pub struct HybridReport {
     pub monomials: [String; 15],
     /// How the solver of the bonds ended.
     pub solver: SolverReport,
+    /// What is not plausible of the material: units or keys that may be wrong.
+    pub warnings: Vec<String>,
 }
 
 impl HybridReport {
@@ -89,9 +91,12 @@ impl HybridReport {
             nodal_share: r.nodal.norm() / r.target.norm(),
             cauchy_gap: r.target.cauchy_gap(),
             outcome: r.outcome(),
-            feasible: r.feasible(),
+            reaches_model_limit: r.feasible(),
             infeasibility: None,
-            bonds_infeasibility: bonds.infeasibility.as_ref().map(|i| InfeasibilityReport::new(i, bonds.lower_bound)),
+            bonds_infeasibility: bonds
+                .infeasibility
+                .as_ref()
+                .map(|i| InfeasibilityReport::new(i, bonds.lower_bound, bonds.metric)),
             universal_anisotropy: universal_anisotropy(&r.target),
             lower_bound: bonds.lower_bound,
             micromodulus: MicromodulusReport::of(&bonds.micromodulus),
@@ -100,6 +105,7 @@ impl HybridReport {
             dual: bonds.dual,
             monomials: monomial_names(),
             solver: SolverReport { iterations: bonds.iterations, residual: bonds.residual, converged: bonds.converged },
+            warnings: doubts(material, neighbourhood),
         }
     }
 }

@@ -101,7 +101,7 @@ impl LatticeReport {
         let has = measured.transpose()?.unwrap_or_else(|| study.summed());
         Ok(LatticeReport {
             energy_error: study.prescribed.energy_error(&has),
-            warnings: study.miss(&has).into_iter().collect(),
+            warnings: study.miss(&has).into_iter().chain(material.doubts()).collect(),
             material: material.name.clone(),
             source: material.source.clone(),
             density: material.density,
@@ -123,10 +123,10 @@ impl LatticeReport {
 
 impl LatticeReport {
     /// The same of a lattice that an element test has measured.
-    fn tested(self, study: &LatticeStudy, measured: &Stiffness) -> Self {
+    fn tested(self, material: &Material, study: &LatticeStudy, measured: &Stiffness) -> Self {
         LatticeReport {
             energy_error: study.prescribed.energy_error(measured),
-            warnings: study.miss(measured).into_iter().collect(),
+            warnings: study.miss(measured).into_iter().chain(material.doubts()).collect(),
             ..self
         }
     }
@@ -268,7 +268,7 @@ impl ElementTestReport {
     /// # Errors
     /// As [`LatticeReport::new`].
     pub fn of_static(material: &Material, study: &LatticeStudy, r: &ElementTestResult) -> Result<Self> {
-        let lattice = LatticeReport::new(material, study)?.tested(study, &r.measured);
+        let lattice = LatticeReport::new(material, study)?.tested(material, study, &r.measured);
         let engineering = r.engineering.map(Engineering::from);
         Ok(ElementTestReport {
             measured: r.measured.voigt_rows(),
@@ -299,7 +299,7 @@ impl ElementTestReport {
         let e = r.engineering;
         let couples = [(e.nu12 / e.e1, e.nu21 / e.e2), (e.nu13 / e.e1, e.nu31 / e.e3), (e.nu23 / e.e2, e.nu32 / e.e3)];
         let asymmetry = couples.iter().map(|(a, b)| 2.0 * (a - b).abs() / (a.abs() + b.abs())).fold(0.0, f64::max);
-        let lattice = LatticeReport::new(material, study)?.tested(study, &measured);
+        let lattice = LatticeReport::new(material, study)?.tested(material, study, &measured);
         let engineering = Engineering::from(e);
         Ok(ElementTestReport {
             measured: measured.voigt_rows(),

@@ -2,7 +2,9 @@
 
 use serde::Serialize;
 
-use crate::report::{MicromodulusReport, NeighbourhoodReport, SolverReport, Voigt, WavesOfGrid, universal_anisotropy};
+use crate::report::{
+    MicromodulusReport, NeighbourhoodReport, SolverReport, Voigt, WavesOfGrid, doubts, universal_anisotropy,
+};
 use anisobond::calibration::{
     Cause, MicropolarCalibration, MicropolarInfeasibility, Model, Outcome, Promise, WaveEvidence,
 };
@@ -44,9 +46,9 @@ pub struct MicropolarReport {
     pub cauchy_gap: f64,
     /// feasible, infeasible or not-converged.
     pub outcome: Outcome,
-    /// Whether normal and tangential bonds ≥ 0 reach what was aimed at.
-    pub feasible: bool,
-    /// Why not, with a certificate; `None` when feasible.
+    /// Whether normal and tangential bonds ≥ 0 reach the target itself, which is what they can at the most.
+    pub reaches_model_limit: bool,
+    /// Why not, with a certificate; `None` when they do.
     pub infeasibility: Option<MicropolarInfeasibilityReport>,
     /// Universal anisotropy index A^U of the target.
     pub universal_anisotropy: f64,
@@ -61,6 +63,8 @@ pub struct MicropolarReport {
     pub dual: [[f64; 6]; 6],
     /// How the solver ended.
     pub solver: SolverReport,
+    /// What is not plausible of the material: units or keys that may be wrong.
+    pub warnings: Vec<String>,
 }
 
 /// Why a tensor is out of reach of normal and tangential bonds.
@@ -102,7 +106,7 @@ impl MicropolarReport {
             relaxed_error: r.relaxed_error,
             cauchy_gap: r.cauchy_gap,
             outcome: r.outcome(),
-            feasible: r.feasible(),
+            reaches_model_limit: r.feasible(),
             infeasibility: r.infeasibility.as_ref().map(|i| MicropolarInfeasibilityReport::new(i, r.promise)),
             universal_anisotropy: universal_anisotropy(&r.target),
             micromodulus: MicromodulusReport::of(&r.normal),
@@ -110,6 +114,7 @@ impl MicropolarReport {
             waves: WavesOfGrid::new(&waves.stability, &waves.target, waves.reached.as_ref()),
             dual: std::array::from_fn(|a| std::array::from_fn(|b| r.dual[(a, b)])),
             solver: SolverReport { iterations: r.iterations, residual: r.residual, converged: r.converged },
+            warnings: doubts(material, neighbourhood),
         }
     }
 }

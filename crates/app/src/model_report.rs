@@ -21,6 +21,15 @@ pub enum ModelReport {
 }
 
 impl ModelReport {
+    /// What is not plausible of the material.
+    pub fn warnings(&self) -> &[String] {
+        match self {
+            ModelReport::Central(r) => &r.warnings,
+            ModelReport::Micropolar(r) => &r.warnings,
+            ModelReport::Hybrid(r) => &r.warnings,
+        }
+    }
+
     /// Bring together a material, the neighbourhood it was calibrated on, and the result.
     pub fn new(material: &Material, neighbourhood: &NeighbourhoodReport, r: &ModelCalibration) -> Self {
         match r {

@@ -9,8 +9,8 @@ use anisobond::calibration::{
 };
 use anisobond::lattice::Influence;
 use anisobond::tensor::{
-    AverageModuli, DirectionalExtremes, DirectionalModuli, EngineeringConstants, Material, Stiffness, Symmetry, Wave,
-    WaveExtremes, mandel_weight, monomial_names,
+    AverageModuli, DirectionalExtremes, DirectionalModuli, EnergySymmetry, EngineeringConstants, Material, Metric,
+    Stiffness, Symmetry, Wave, WaveExtremes, doubtful_length, mandel_weight, monomial_names,
 };
 use anisobond::{Error, Result};
 
@@ -50,6 +50,10 @@ pub struct TensorReport {
     pub cauchy: CauchyReport,
     /// Symmetry class and distance to all eight.
     pub symmetry: Symmetry,
+    /// The same in the sense of energy.
+    pub symmetry_in_energy: Option<EnergySymmetry>,
+    /// What is not plausible of the material: units or keys that may be wrong.
+    pub warnings: Vec<String>,
 }
 
 /// Plane waves along the axes and their extremes.
@@ -79,11 +83,12 @@ pub struct CauchyReport {
 }
 
 impl TensorReport {
-    /// Analyse a material; symmetry classes within `tolerance` count as present.
+    /// Analyse a material; symmetry classes within `tolerance` count as present, or without one within the noise that the
+    /// tensor shows.
     ///
     /// # Errors
     /// A stiffness that is not positive definite.
-    pub fn new(material: &Material, tolerance: f64) -> Result<Self> {
+    pub fn new(material: &Material, tolerance: Option<f64>) -> Result<Self> {
         let c = &material.stiffness;
         c.require_positive_definite()?;
         let singular = || Error::input("the stiffness cannot be inverted", "check its components and units");
@@ -100,6 +105,7 @@ impl TensorReport {
                 extremes: c.wave_extremes(density)?,
             }),
         };
+        let symmetry = tolerance.map_or_else(|| c.symmetry_by_noise(), |tolerance| c.symmetry(tolerance));
         Ok(TensorReport {
             material: material.name.clone(),
             source: material.source.clone(),
@@ -120,7 +126,9 @@ impl TensorReport {
                 defect: std::array::from_fn(|p| std::array::from_fn(|q| defect[(p, q)])),
                 reachable: part.eigen().0[0] >= -1e-12 * part.norm(),
             },
-            symmetry: c.symmetry(tolerance),
+            symmetry_in_energy: c.symmetry_in_energy(&symmetry, tolerance),
+            symmetry,
+            warnings: material.doubts(),
         })
     }
 }
@@ -149,11 +157,14 @@ pub struct CalibrationReport {
     pub energy_error: Option<[f64; 2]>,
     /// The least relative error of central bonds on any neighbourhood.
     pub cauchy_gap: f64,
+    /// In which sense they come close to a target out of reach: norm or energy.
+    pub metric: Metric,
     /// feasible, infeasible or not-converged.
     pub outcome: Outcome,
-    /// Whether bonds above the lower bound reach the target's Cauchy part.
-    pub feasible: bool,
-    /// Why not, with a certificate; `None` when feasible.
+    /// Whether the bonds reach what central bonds can at the most, S or S* of the target: no neighbourhood brings this model closer in
+    /// its metric. The error is that of the model then, and may be large.
+    pub reaches_model_limit: bool,
+    /// Why not, with a certificate; `None` when it does.
     pub infeasibility: Option<InfeasibilityReport>,
     /// Universal anisotropy index A^U of the target.
     pub universal_anisotropy: f64,
@@ -171,6 +182,8 @@ pub struct CalibrationReport {
     pub monomials: [String; 15],
     /// How the solver ended.
     pub solver: SolverReport,
+    /// What is not plausible of the material: units or keys that may be wrong.
+    pub warnings: Vec<String>,
 }
 
 /// A neighbourhood in brief; lengths in spacings, but for `spacing`.
@@ -234,7 +247,7 @@ pub struct InfeasibilityReport {
     pub largest_bond_product: f64,
     /// y·(S − X l) (Pa).
     pub target_product: f64,
-    /// Distance from the reachable tensors, relative to the Cauchy part.
+    /// Distance from the reachable tensors, relative to what is aimed at; both in the metric of the calibration.
     pub distance: f64,
     /// Whether no neighbourhood reaches the target.
     pub in_every_neighbourhood: bool,
@@ -307,9 +320,10 @@ impl CalibrationReport {
             relative_error: r.relative_error,
             energy_error: r.target.energy_error(&r.reached),
             cauchy_gap: r.cauchy_gap,
+            metric: r.metric,
             outcome: r.outcome(),
-            feasible: r.feasible(),
-            infeasibility: r.infeasibility.as_ref().map(|i| InfeasibilityReport::new(i, r.lower_bound)),
+            reaches_model_limit: r.feasible(),
+            infeasibility: r.infeasibility.as_ref().map(|i| InfeasibilityReport::new(i, r.lower_bound, r.metric)),
             universal_anisotropy: universal_anisotropy(&r.target),
             lower_bound: r.lower_bound,
             micromodulus: MicromodulusReport::of(&r.micromodulus),
@@ -317,8 +331,14 @@ impl CalibrationReport {
             dual: r.dual,
             monomials: monomial_names(),
             solver: SolverReport { iterations: r.iterations, residual: r.residual, converged: r.converged },
+            warnings: doubts(material, neighbourhood),
         }
     }
+}
+
+/// What is not plausible of a material and of the grid on which it is calibrated.
+pub(super) fn doubts(material: &Material, neighbourhood: &NeighbourhoodReport) -> Vec<String> {
+    material.doubts().into_iter().chain(doubtful_length("the spacing", neighbourhood.spacing)).collect()
 }
 
 /// A^U, NaN where the compliance is singular.
@@ -374,16 +394,20 @@ impl NeighbourhoodReport {
 }
 
 impl InfeasibilityReport {
-    pub(super) fn new(i: &Infeasibility, lower_bound: f64) -> Self {
+    pub(super) fn new(i: &Infeasibility, lower_bound: f64, metric: Metric) -> Self {
         let below = if lower_bound > 0.0 { "micromoduli below the lower bound" } else { "negative micromoduli" };
-        const SPAN: &str = "the bonds of this neighbourhood span too few tensors to express the target's Cauchy part";
+        let aim = match metric {
+            Metric::Norm => "the target's Cauchy part",
+            Metric::Energy => "the Cauchy tensor closest to the target in energy",
+        };
+        let span = format!("the bonds of this neighbourhood span too few tensors to express {aim}");
         let what = match i.cause {
-            Cause::Rank => SPAN.to_string(),
-            Cause::Cone => format!("the target's Cauchy part needs {below} on this neighbourhood"),
-            Cause::RankAndCone => format!("{SPAN}, and what they span of it needs {below}"),
+            Cause::Rank => span,
+            Cause::Cone => format!("{aim} needs {below} on this neighbourhood"),
+            Cause::RankAndCone => format!("{span}, and what they span of it needs {below}"),
         };
         let remedy = match (i.in_every_neighbourhood, lower_bound > 0.0) {
-            (true, _) => "no neighbourhood of central bonds can: the Cauchy part has a negative Kelvin modulus",
+            (true, _) => "no neighbourhood of central bonds can: it has a negative Kelvin modulus",
             (false, true) => "lower the bound (a lower bound of `max` finds the largest) or use a larger horizon",
             (false, false) => "use a larger horizon or turn the neighbourhood",
         };

@@ -2,18 +2,40 @@
 
 use anisobond::Result;
 use anisobond_app::AdviceReport;
+use anisobond_app::advice_report::TensorAdvice;
+use anisobond_formats::{Reading, json_value};
+use serde_json::Value;
 
-use crate::{Ending, args, text};
+use crate::{Ending, args, rows, text};
 
 pub fn run(args: &args::Advise) -> Result<Ending> {
-    let material = args.table.find(&args.material)?.material;
+    if rows::asked(&args.material, &args.table) {
+        return rows::run(&args.material, &args.table, args.json, TensorAdvice::new, brief);
+    }
+    let Reading { material, read_as, .. } = args.table.find(&args.material)?;
     let report = AdviceReport::new(&material)?;
+    text::warn(&report.warnings);
     if args.json {
-        text::print_json(&report)?;
+        let mut document = json_value(&report)?;
+        document["read_as"] = read_as.into();
+        text::print_json(&document)?;
     } else {
         text::print(&describe(&report))?;
     }
     Ok(Ending::Done)
+}
+
+/// One row of a table in words.
+fn brief(row: &Value) -> String {
+    let gap = row["cauchy_gap"].as_f64().unwrap_or(f64::NAN);
+    let of = |n: usize| row["models"][n]["least_error"].as_f64().unwrap_or(f64::NAN);
+    format!(
+        "{:12} Cauchy gap {:>10} %, central at least {:>10} %, micropolar at least {:>10} %",
+        row["recommended"].as_str().unwrap_or(""),
+        text::percent(gap),
+        text::percent(of(0)),
+        text::percent(of(1))
+    )
 }
 
 /// The result in words.

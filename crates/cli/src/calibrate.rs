@@ -4,12 +4,12 @@ use anisobond::calibration::{
     HybridForm, LowerBound, ModelCalibration, ModelCalibrator, ModelSettings, Outcome, Promise,
 };
 use anisobond::lattice::{Neighbourhood, Shape};
-use anisobond::tensor::Material;
+use anisobond::tensor::{Material, Metric};
 use anisobond::{Error, Result};
 use anisobond_app::{Files, ModelReport, NeighbourhoodReport};
-use anisobond_formats::{BondModuli, parse_orientation};
+use anisobond_formats::{BondModuli, Reading, parse_orientation};
 
-use crate::args::{FormName, ModelName, PromiseName};
+use crate::args::{FormName, MetricName, ModelName, PromiseName};
 use crate::{Ending, args, calibration_text, folder, report, table, text};
 
 pub fn run(args: &args::Calibrate) -> Result<Ending> {
@@ -32,9 +32,13 @@ pub fn run(args: &args::Calibrate) -> Result<Ending> {
     if args.jsonl {
         return Err(Error::input(format!("--jsonl, but {} is one material", args.material), "use --json"));
     }
-    let material = args.table.find(&args.material)?.material;
+    let Reading { material, read_as, notes } = args.table.find(&args.material)?;
+    if !notes.is_empty() {
+        eprintln!("note: read as {read_as}");
+    }
     let done = Calibrated::new(args, material)?;
     let report = &done.report;
+    text::warn(report.warnings());
     if let Some(folder) = &args.output {
         folder::write(folder, &done.files(views)?, args.force)?;
         report::beside(args.report, folder)?;
@@ -79,8 +83,15 @@ fn settings(args: &args::Calibrate) -> Result<ModelSettings> {
             "leave it out: micropolar bonds are ≥ 0, hybrid --form stable has a positive floor of its own",
         ));
     }
+    if let (ModelName::Micropolar | ModelName::Hybrid, Some(_)) = (args.model, args.metric) {
+        return Err(only("--metric", "central"));
+    }
+    let metric = match args.metric {
+        None | Some(MetricName::Norm) => Metric::Norm,
+        Some(MetricName::Energy) => Metric::Energy,
+    };
     Ok(match args.model {
-        ModelName::Central => ModelSettings::Central(lower_bound(args.lower_bound.as_deref().unwrap_or("0"))?),
+        ModelName::Central => ModelSettings::Central(lower_bound(args.lower_bound.as_deref().unwrap_or("0"))?, metric),
         ModelName::Micropolar => ModelSettings::Micropolar(match args.promise {
             None | Some(PromiseName::Sum) => Promise::Sum,
             Some(PromiseName::FreeRotations) => Promise::FreeRotations,

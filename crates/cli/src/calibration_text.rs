@@ -1,6 +1,7 @@
 //! The calibration of one material, in words and numbers.
 
 use anisobond::calibration::{Evidence, Outcome};
+use anisobond::tensor::Metric;
 use anisobond_app::report::{
     CalibrationReport, InfeasibilityReport, MicromodulusReport, NeighbourhoodReport, SolverReport, Voigt, WavesOfGrid,
 };
@@ -21,13 +22,16 @@ fn central(r: &CalibrationReport) -> String {
     let (unit, name) = text::stress_unit(text::largest(&r.target));
     let mut out = text::heading(&r.material, &r.source) + &neighbourhood(&r.neighbourhood);
     out += &side_by_side(("target", &r.target), ("reached", &r.reached));
+    if r.metric == Metric::Energy {
+        out += "\nclosest in the sense of energy\n";
+    }
     out += &format!(
         "\nrelative error   {} %  (Cauchy gap {} %: the least that central bonds can reach)\n",
         text::percent(r.relative_error),
         text::percent(r.cauchy_gap)
     );
     out += &text::energy_error(r.energy_error);
-    out += &feasibility(r.outcome, r.infeasibility.as_ref(), (unit, name));
+    out += &limit(r.outcome, r.infeasibility.as_ref(), (unit, name));
     out += &format!("anisotropy A^U   {}\n", text::number(r.universal_anisotropy));
     out += &micromodulus("micromodulus c ", &r.micromodulus, r.neighbourhood.bonds);
     if r.lower_bound > 0.0 {
@@ -52,9 +56,9 @@ fn micropolar(r: &MicropolarReport) -> String {
     out += &text::energy_error(r.energy_error);
     out += &format!("Cauchy gap       {} %: the least without tangential bonds\n", text::percent(r.cauchy_gap));
     match &r.infeasibility {
-        None => out += feasible(r.outcome),
+        None => out += reached(r.outcome),
         Some(i) => {
-            out += &format!("feasible         no: {}\n", i.explanation);
+            out += &format!("limit of model   not reached: {}\n", i.explanation);
             out += &format!(
                 "certificate      N:Y, T:Y ≤ {:.1e} on every bond, Y:C = {} {name}, distance {} % of the aim\n",
                 i.evidence.largest_bond_product,
@@ -126,12 +130,12 @@ fn side_by_side((left, a): (&str, &Voigt), (right, b): (&str, &Voigt)) -> String
 }
 
 /// The line of a target without evidence against it.
-fn feasible(outcome: Outcome) -> &'static str {
+fn reached(outcome: Outcome) -> &'static str {
     match outcome {
         Outcome::NotConverged => {
-            "feasible         not known: the solver did not converge; the bonds are what it came to\n"
+            "limit of model   not known: the solver did not converge; the bonds are what it came to\n"
         }
-        _ => "feasible         yes\n",
+        _ => "limit of model   reached: no neighbourhood brings such bonds closer\n",
     }
 }
 
@@ -141,11 +145,10 @@ fn solver(s: &SolverReport) -> String {
     format!("solver           {} steps, residual {:.1e}{ended}\n", s.iterations, s.residual)
 }
 
-fn feasibility(outcome: Outcome, infeasibility: Option<&InfeasibilityReport>, (unit, name): (f64, &str)) -> String {
-    let Some(i) = infeasibility else { return feasible(outcome).into() };
+fn limit(outcome: Outcome, infeasibility: Option<&InfeasibilityReport>, (unit, name): (f64, &str)) -> String {
+    let Some(i) = infeasibility else { return reached(outcome).into() };
     format!(
-        "feasible         no: {}\ncertificate      y(n) ≤ {:.1e} on every bond, y·S = {} {name}, distance {} % of the \
-         Cauchy part\n",
+        "limit of model   not reached: {}\ncertificate      y(n) ≤ {:.1e} on every bond, y·S = {} {name}, distance {} % of the aim\n",
         i.explanation,
         i.largest_bond_product,
         text::number(i.target_product / unit),

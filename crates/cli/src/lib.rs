@@ -1,7 +1,8 @@
 //! The command line of anisobond: flags to library types, library results to text. No physics here.
 //!
 //! Answers go to stdout, progress and messages to stderr. Exit codes: 0 done, 1 a verification deviates, 2 bad input,
-//! 3 `--require-exact` asked and not reached, 130 interrupted.
+//! 3 `--require-exact` asked and not reached, 4 a calibration did not converge, 5 rows of a table failed and others did not, 130
+//! interrupted.
 
 mod advise;
 mod args;
@@ -18,7 +19,9 @@ mod interrupt;
 mod lattice;
 mod materials;
 mod pack;
+mod rank;
 mod report;
+mod rows;
 mod run;
 mod studio;
 mod sweep;
@@ -57,6 +60,8 @@ enum Ending {
     NotExact,
     /// A calibration did not converge: its bonds are what the solver came to.
     NotConverged,
+    /// Rows of a table, or jobs of a sweep, failed; the others are done.
+    RowsFailed,
 }
 
 /// Run the command of a command line, the program's name first, and return the exit code.
@@ -78,6 +83,7 @@ pub fn main_from(words: impl IntoIterator<Item = OsString>) -> u8 {
         Ok(Ending::Deviates) => 1,
         Ok(Ending::NotExact) => 3,
         Ok(Ending::NotConverged) => 4,
+        Ok(Ending::RowsFailed) => 5,
         Err(error) => {
             eprintln!("anisobond: {}", text::sentence(&error));
             if matches!(error, Error::Interrupted { .. }) { 130 } else { 2 }
@@ -97,6 +103,7 @@ fn run(cli: args::Cli) -> Result<Ending> {
         args::Command::Tensor(a) => tensor::run(&a),
         args::Command::Calibrate(a) => calibrate::run(&a),
         args::Command::Advise(a) => advise::run(&a),
+        args::Command::Rank(a) => rank::run(&a),
         args::Command::Pack(a) => pack::run(&a),
         args::Command::Lattice(a) => lattice::run(&a),
         args::Command::ElementTest(a) => lattice::test(&a),

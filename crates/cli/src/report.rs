@@ -18,6 +18,11 @@ fn command() -> MutexGuard<'static, String> {
     COMMAND.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// What was typed last.
+pub fn last_typed() -> String {
+    command().clone()
+}
+
 /// Keeps what was typed.
 pub fn typed(words: &[OsString]) {
     let rest = words.iter().skip(1).map(|word| in_shell(&word.to_string_lossy()));

@@ -70,7 +70,7 @@ fn finish(args: &args::Sweep, store: &Store, failed: &[(String, String)], of_sha
     if counts.done == 0 {
         return Err(Error::input("no job of the table is done", "see the messages of its jobs"));
     }
-    Ok(Ending::Done)
+    Ok(if counts.failed > 0 { Ending::RowsFailed } else { Ending::Done })
 }
 
 fn script(args: &args::Sweep, shards: usize) -> Result<String> {

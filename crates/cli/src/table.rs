@@ -41,6 +41,7 @@ pub fn run(args: &args::Calibrate, calibrator: &ModelCalibrator) -> Result<Endin
 fn finish(args: &args::Calibrate, results: &TableResults) -> Result<Ending> {
     let mut failed = Vec::new();
     let (mut not_exact, mut not_converged) = (0, 0);
+    let mut warnings = Vec::new();
     let mut lines = String::new();
     for row in results.values() {
         let id = row["id"].as_str().unwrap_or("").to_string();
@@ -53,12 +54,18 @@ fn finish(args: &args::Calibrate, results: &TableResults) -> Result<Ending> {
                 let error = row["relative_error"].as_f64().unwrap_or(f64::NAN);
                 not_exact += usize::from(args.require_exact.is_some_and(|e| error.is_nan() || error > e));
                 not_converged += usize::from(row["outcome"] == "not-converged");
+                let doubts = row["warnings"].as_array().into_iter().flatten().filter_map(|w| w.as_str());
+                warnings.extend(doubts.map(|w| format!("{id}: {w}")));
                 lines += &format!(
                     "{id:16} {:16} error {:>10} %  gap {:>10} %  {}{}{}\n",
                     row["material"].as_str().unwrap_or(""),
                     text::percent(error),
                     text::percent(row["cauchy_gap"].as_f64().unwrap_or(f64::NAN)),
-                    row["outcome"].as_str().unwrap_or("").replace('-', " "),
+                    match (row["outcome"] == "not-converged", row["reaches_model_limit"] == true) {
+                        (true, _) => "not converged",
+                        (_, true) => "the least of the model",
+                        (_, false) => "short of the model's least",
+                    },
                     match (row["stable"] == true, row["stability"]["evidence"].as_str().unwrap_or("")) {
                         (true, evidence) => format!(", stable ({evidence})"),
                         (false, _) => ", not stable".into(),
@@ -67,6 +74,10 @@ fn finish(args: &args::Calibrate, results: &TableResults) -> Result<Ending> {
                 );
             }
         }
+    }
+    text::warn(&warnings[..warnings.len().min(MOST_SHOWN)]);
+    if warnings.len() > MOST_SHOWN {
+        eprintln!("warning: {} more; each is in its row's `warnings`", warnings.len() - MOST_SHOWN);
     }
     if let Some(folder) = &args.output {
         results.write_csv(folder.join("calibrations.csv"))?;
@@ -95,9 +106,10 @@ fn finish(args: &args::Calibrate, results: &TableResults) -> Result<Ending> {
         eprintln!("{not_converged} did not converge: each says so in its `outcome`");
     }
     Ok(match (not_exact, not_converged) {
+        (1.., _) => Ending::NotExact,
+        _ if !failed.is_empty() => Ending::RowsFailed,
         (0, 0) => Ending::Done,
         (0, _) => Ending::NotConverged,
-        _ => Ending::NotExact,
     })
 }
 

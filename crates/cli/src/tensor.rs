@@ -1,23 +1,33 @@
 //! `anisobond tensor`.
 
-use anisobond::tensor::{DirectionalModuli, Extremes, Material, SymmetryClass};
+use anisobond::tensor::{DirectionalModuli, Extremes, Material, SYMMETRY_TOLERANCE, SymmetryClass};
 use anisobond::{Error, Result};
 use anisobond_app::TensorReport;
 use anisobond_formats::{Reading, json_value, parse_density};
-use serde_json::json;
+use serde_json::{Value, json};
 
-use crate::{Ending, args, text};
+use crate::{Ending, args, rows, text};
 
 pub fn run(args: &args::Tensor) -> Result<Ending> {
-    if !(args.tolerance >= 0.0 && args.tolerance.is_finite()) {
-        return Err(Error::input(format!("--tolerance {}", args.tolerance), "give a number ≥ 0, as 0.005"));
+    if let Some(tolerance) = args.tolerance.filter(|t| !(*t >= 0.0 && t.is_finite())) {
+        return Err(Error::input(format!("--tolerance {tolerance}"), "give a number ≥ 0, as 0.005"));
     }
-    let Reading { mut material, read_as } = args.table.find(&args.material)?;
-    if let Some(density) = &args.density {
-        material.density = Some(parse_density(density).map_err(|e| e.at("--density"))?);
+    let density = args.density.as_ref().map(|d| parse_density(d).map_err(|e| e.at("--density"))).transpose()?;
+    if rows::asked(&args.material, &args.table) {
+        if !args.direction.is_empty() {
+            return Err(Error::input("--direction, but the file is a table", "choose a row with --row ID"));
+        }
+        let report = |material: &Material| {
+            let density = density.or(material.density);
+            TensorReport::new(&Material { density, ..material.clone() }, args.tolerance)
+        };
+        return rows::run(&args.material, &args.table, args.json, report, brief);
     }
+    let Reading { mut material, read_as, .. } = args.table.find(&args.material)?;
+    material.density = density.or(material.density);
     let directions = directions(args, &material)?;
     let report = TensorReport::new(&material, args.tolerance)?;
+    text::warn(&report.warnings);
     if args.json {
         let mut document = json_value(&report)?;
         document["read_as"] = read_as.into();
@@ -48,6 +58,21 @@ fn directions(args: &args::Tensor, material: &Material) -> Result<serde_json::Va
         }));
     }
     Ok(all.into())
+}
+
+/// One row of a table in words.
+fn brief(row: &Value) -> String {
+    let number = |path: &str| row.pointer(path).and_then(Value::as_f64).unwrap_or(f64::NAN);
+    let (unit, name) = text::stress_unit(number("/moduli/hill/bulk").max(number("/moduli/hill/shear")));
+    format!(
+        "{:24} within {:>8} %  Hill K {} G {} {name}, A^U {}, Cauchy gap {} %",
+        row["symmetry"]["class"].as_str().unwrap_or(""),
+        text::number(100.0 * number("/symmetry/tolerance")),
+        text::number(number("/moduli/hill/bulk") / unit),
+        text::number(number("/moduli/hill/shear") / unit),
+        text::number(number("/moduli/universal_anisotropy")),
+        text::percent(number("/cauchy/gap"))
+    )
 }
 
 /// The result in words.
@@ -135,7 +160,13 @@ pub fn describe(r: &TensorReport, directions: &serde_json::Value) -> String {
         out += &format!("  {}\n", row.iter().map(|x| text::entry(x / unit)).collect::<String>());
     }
     let s = &r.symmetry;
-    out += &format!("\nsymmetry: {} (within {})\n", s.class.name(), text::number(s.tolerance));
+    let why = s.noise.map_or(String::new(), |noise| match s.tolerance > SYMMETRY_TOLERANCE {
+        true => format!(", with noise of about {} % of the norm", text::number(100.0 * noise)),
+        false => String::new(),
+    });
+    out += &format!("\nsymmetry: {} (within {} %{why})\n", s.class.name(), text::number(100.0 * s.tolerance));
+    let in_energy = r.symmetry_in_energy.as_ref();
+    out += "                                          distance in the norm, in energy\n";
     for fit in &s.fits {
         let mark = if fit.class == s.class { "→" } else { " " };
         let axis = match fit.class {
@@ -143,12 +174,17 @@ pub fn describe(r: &TensorReport, directions: &serde_json::Value) -> String {
             SymmetryClass::Isotropic | SymmetryClass::Triclinic => String::new(),
             _ => format!("   e3 {}", text::direction(&[fit.axes[(0, 2)], fit.axes[(1, 2)], fit.axes[(2, 2)]])),
         };
+        let share = |x: f64| if x < 1e-12 { "0".into() } else { text::number(100.0 * x) };
         out += &format!(
-            "  {mark} {:24} {:>2} constants  distance {:>10} %{axis}\n",
+            "  {mark} {:24} {:>2} constants  {:>10} % {:>10} %{axis}\n",
             fit.class.name(),
             fit.constants,
-            if fit.distance < 1e-12 { "0".into() } else { text::number(100.0 * fit.distance) },
+            share(fit.distance),
+            in_energy.map_or("–".into(), |e| share(e.fit(fit.class).distance)),
         );
+    }
+    if let Some(other) = in_energy.filter(|e| e.class != s.class) {
+        out += &format!("  in the sense of energy it is {}\n", other.class.name());
     }
     out
 }

@@ -29,6 +29,11 @@ fn flag(choice: &Choice) -> String {
     }
 }
 
+/// Say on stderr what a user should look at.
+pub fn warn(warnings: &[String]) {
+    warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+}
+
 /// Print one JSON document; a number that is not finite is an error.
 pub fn print_json(value: &impl Serialize) -> Result<()> {
     print(&anisobond_formats::json_text(value)?)

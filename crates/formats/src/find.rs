@@ -52,7 +52,7 @@ pub fn find_reading(name_or_path: &str, row: Option<&str>, unit: Option<&str>) -
     let of_builtin = |material: Material| match (row, unit) {
         (None, None) => {
             let read_as = format!("built-in material, {}", material.source);
-            Ok(Reading { material, read_as: read_as.trim_end_matches(", ").into() })
+            Ok(Reading { material, read_as: read_as.trim_end_matches(", ").into(), notes: Vec::new() })
         }
         (Some(_), _) => leave_out("row", &format!("tables of materials, and {name_or_path} is one material")),
         (_, Some(_)) => leave_out("unit", &format!("files, and {name_or_path} is one material that is built in")),

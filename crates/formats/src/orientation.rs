@@ -1,15 +1,19 @@
-//! How a material is turned: a rotation (or reflection) Q, written in any of seven ways.
+//! How a material is turned: a rotation (or reflection) Q, written in any of eight ways.
 //!
 //! Q maps the material's own axes into the frame of the sample: a direction v of the material lies along Q v, and the
 //! stiffness in the sample is `stiffness.rotated(&q)`, C′_pqrs = Q_pi Q_qj Q_rk Q_sl C_ijkl (P eq 44).
 //!
 //! | in a file: `orientation = …` | on a command line | Q |
 //! |---|---|---|
+//! All turns are active and right-handed: they turn the material in the sample, counter-clockwise seen from the tip of the
+//! axis; but for `prakash`, whose turn about y is the other way.
+//!
 //! | `{ bunge = [φ1, Φ, φ2] }` | `bunge:φ1,Φ,φ2` | R_z(φ1) R_x(Φ) R_z(φ2) |
 //! | `{ axis = [x, y, z], angle = θ }` | `axis:x,y,z,θ` | right-handed turn by θ about the axis |
 //! | `{ strike = α, dip = β }` | `strike-dip:α,β` | turn by β about the strike line |
 //! | `{ x = […], z = […] }` | `xz:x1,x2,x3,z1,z2,z3` | where the material's e₁ and e₃ point |
-//! | `{ xyz = [θ1, θ2, θ3] }` | `xyz:θ1,θ2,θ3` | R_x R_y R_z of P eq 103; one number stands for three |
+//! | `{ xyz = [θ1, θ2, θ3] }` | `xyz:θ1,θ2,θ3` | R_x(θ1) R_y(θ2) R_z(θ3): about the material's x, its turned y, its turned z; one number stands for three |
+//! | `{ prakash = [θ1, θ2, θ3] }` | `prakash:θ1,θ2,θ3` | the same with R_y turning the other way, P eq 103; one number stands for three |
 //! | `{ matrix = [[…], […], […]] }` | `matrix:` and 9 numbers, row by row | the matrix |
 //! | `{ mirror = [x, y, z] }` | `mirror:x,y,z` | reflection in the plane of that normal |
 //!
@@ -21,7 +25,7 @@ use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 
 use crate::tree::{Kind, Node, place};
 use crate::units::{Dimension, split};
-use crate::words::{enumeration, nearest, quoted, suggestion};
+use crate::words::{enumeration, known_elsewhere, nearest_key, quoted, suggestion};
 use anisobond::{Error, Result};
 
 /// Largest |QᵀQ − I| of a matrix accepted as orthogonal (it is then made so to rounding).
@@ -60,8 +64,10 @@ pub enum Orientation {
         /// Direction of the material's e₃.
         z: Vector3<f64>,
     },
-    /// R_x(θ1) R_y(θ2) R_z(θ3) of P eq 103, whose R_y = [c 0 −s; 0 1 0; s 0 c] turns the opposite way to the usual one.
+    /// R_x(θ1) R_y(θ2) R_z(θ3), right-handed turns about the material's own axes: x, then the turned y, then the turned z.
     Turns([f64; 3]),
+    /// R_x(θ1) R_y(θ2) R_z(θ3) of P eq 103, whose R_y = [c 0 −s; 0 1 0; s 0 c] turns the opposite way to the usual one.
+    TurnsOfTheDocument([f64; 3]),
     /// The matrix itself.
     Matrix(Matrix3<f64>),
     /// Reflection I − 2 n⊗n in the plane of normal n (P eq 45).
@@ -83,7 +89,8 @@ impl Orientation {
                 Ok(turn(Unit::new_normalize(Vector3::new(sin, cos, 0.0)), dip))
             }
             Orientation::Directions { x, z } => two_directions(&x, &z),
-            Orientation::Turns([x, y, z]) => Ok(turn_x(x) * turn_y_of_the_document(y) * turn_z(z)),
+            Orientation::Turns([x, y, z]) => Ok(turn_x(x) * turn_y_of_the_document(-y) * turn_z(z)),
+            Orientation::TurnsOfTheDocument([x, y, z]) => Ok(turn_x(x) * turn_y_of_the_document(y) * turn_z(z)),
             Orientation::Matrix(m) => nearest_orthogonal(&m),
             Orientation::Mirror(normal) => {
                 let n = unit(&normal)?.into_inner();
@@ -155,7 +162,7 @@ pub fn orientation_of(node: &Node, key: &str) -> Result<Matrix3<f64>> {
                 let before = scalars.len();
                 flatten(&entry.value, &format!("{key}.{part}"), &mut scalars)?;
                 let found = scalars.len() - before;
-                if found != count && !(form.name == "xyz" && found == 1) {
+                if found != count && !(form.one_for_three() && found == 1) {
                     return Err(entry.value.wrong(
                         &format!("{key}.{part}"),
                         format!("{count} numbers are needed, not {found}"),
@@ -181,9 +188,10 @@ fn form_of<'f>(node: &Node, key: &str) -> Result<&'f Form> {
     for entry in node.entries() {
         let wrong = |problem: String, remedy: String| Error::input(problem, remedy).at(place(entry.line, key));
         let form = FORMS.iter().find(|f| f.keys.iter().any(|k| k.0 == entry.key)).ok_or_else(|| {
-            let remedy = match nearest(&entry.key, all()) {
+            let remedy = match nearest_key(&entry.key, all()) {
                 Some(name) => format!("did you mean {name}?"),
-                None => format!("use {}", all().collect::<Vec<_>>().join(", ")),
+                None => known_elsewhere(&entry.key)
+                    .unwrap_or_else(|| format!("use {}", all().collect::<Vec<_>>().join(", "))),
             };
             wrong(format!("unknown key {}", quoted(&entry.key)), remedy)
         })?;
@@ -255,7 +263,7 @@ struct Form {
     make: fn(&[f64]) -> Orientation,
 }
 
-const FORMS: [Form; 7] = [
+const FORMS: [Form; 8] = [
     Form {
         name: "bunge",
         keys: &[("bunge", 3)],
@@ -292,6 +300,13 @@ const FORMS: [Form; 7] = [
         make: |v| Orientation::Turns([v[0], v[1], v[2]]),
     },
     Form {
+        name: "prakash",
+        keys: &[("prakash", 3)],
+        example: "prakash = [30, 30, 30]",
+        angles: 0..3,
+        make: |v| Orientation::TurnsOfTheDocument([v[0], v[1], v[2]]),
+    },
+    Form {
         name: "matrix",
         keys: &[("matrix", 9)],
         example: "matrix = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]",
@@ -308,10 +323,15 @@ const FORMS: [Form; 7] = [
 ];
 
 impl Form {
+    /// Whether one number stands for three.
+    fn one_for_three(&self) -> bool {
+        ["xyz", "prakash"].contains(&self.name)
+    }
+
     /// The core of both spellings: as many numbers as the form needs, angles turned to radians.
     fn orientation(&self, scalars: &[Scalar]) -> Result<Orientation> {
         let count: usize = self.keys.iter().map(|k| k.1).sum();
-        let one_for_three = self.name == "xyz" && scalars.len() == 1;
+        let one_for_three = self.one_for_three() && scalars.len() == 1;
         if scalars.len() != count && !one_for_three {
             return Err(Error::input(
                 format!("{} numbers are needed, not {}", count, scalars.len()),
@@ -422,6 +442,7 @@ mod tests {
             ("xz:1,0,0,0,0,1", "{ x = [1, 0, 0], z = [0, 0, 1] }"),
             ("xyz:30", "{ xyz = [30, 30, 30] }"),
             ("xyz:30,20,10", "\"xyz: 30, 20, 10\""),
+            ("prakash:30,20,10", "{ prakash = [30, 20, 10] }"),
             ("mirror:1,2,2", "{ mirror = [1, 2, 2] }"),
             ("matrix:0,-1,0,1,0,0,0,0,1", "{ matrix = [[0, -1, 0], [1, 0, 0], [0, 0, 1]] }"),
         ] {
@@ -476,9 +497,26 @@ mod tests {
     /// R_x R_y R_z (P eq 103): equal turns by π are the identity, by π/2 they are not (erratum of P).
     #[test]
     fn the_documents_turns() {
-        assert!(close(&parse_orientation("xyz:180").unwrap(), &Matrix3::identity()));
+        assert!(close(&parse_orientation("prakash:180").unwrap(), &Matrix3::identity()));
         let quarter_turn_about_y = Matrix3::new(0.0, 0.0, -1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0);
-        assert!(close(&parse_orientation("xyz:90").unwrap(), &quarter_turn_about_y));
+        assert!(close(&parse_orientation("prakash:90").unwrap(), &quarter_turn_about_y));
+    }
+
+    /// Each angle alone turns right-handed about its own axis, x to y to z to x; together they are nalgebra's turns in this order.
+    #[test]
+    fn xyz_turns_right_handed_about_each_axis() {
+        let axes = [Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()];
+        for (k, axis) in axes.into_iter().enumerate() {
+            let angles: Vec<&str> = (0..3).map(|n| if n == k { "90" } else { "0" }).collect();
+            let q = parse_orientation(&format!("xyz:{}", angles.join(","))).unwrap();
+            let (next, last) = (axes[(k + 1) % 3].into_inner(), axes[(k + 2) % 3].into_inner());
+            assert!((q * next - last).norm() < 1e-15, "{axis:?}");
+        }
+        let [a, b, c] = [30.0f64, 20.0, 10.0].map(f64::to_radians);
+        let turns = [(0, a), (1, b), (2, c)].map(|(k, angle)| Rotation3::from_axis_angle(&axes[k], angle));
+        let expected = turns[0] * turns[1] * turns[2];
+        assert!(close(&parse_orientation("xyz:30,20,10").unwrap(), expected.matrix()));
+        assert!(!close(&parse_orientation("prakash:30,20,10").unwrap(), expected.matrix()));
     }
 
     #[test]

@@ -35,14 +35,25 @@ pub enum Dimension {
 }
 
 /// Every unit: its dimension, its name (letter case counts) and its size in SI.
-const UNITS: [(Dimension, &str, f64); 67] = [
+const UNITS: [(Dimension, &str, f64); 85] = [
     (Dimension::Stress, "Pa", 1.0),
     (Dimension::Stress, "kPa", 1e3),
     (Dimension::Stress, "MPa", 1e6),
     (Dimension::Stress, "GPa", 1e9),
     (Dimension::Stress, "TPa", 1e12),
     (Dimension::Stress, "N/m2", 1.0),
+    (Dimension::Stress, "hPa", 1e2),
     (Dimension::Stress, "N/mm2", 1e6),
+    (Dimension::Stress, "N/cm2", 1e4),
+    (Dimension::Stress, "kN/m2", 1e3),
+    (Dimension::Stress, "MN/m2", 1e6),
+    (Dimension::Stress, "GN/m2", 1e9),
+    (Dimension::Stress, "kN/cm2", 1e7),
+    (Dimension::Stress, "kN/mm2", 1e9),
+    (Dimension::Stress, "mbar", 1e2),
+    (Dimension::Stress, "kgf/cm2", 98_066.5),
+    (Dimension::Stress, "kgf/mm2", 9_806_650.0),
+    (Dimension::Stress, "J/m3", 1.0),
     (Dimension::Stress, "psi", 6_894.757_293_168_361),
     (Dimension::Stress, "ksi", 6_894_757.293_168_361),
     (Dimension::Stress, "Mpsi", 6_894_757_293.168_361),
@@ -52,6 +63,7 @@ const UNITS: [(Dimension, &str, f64); 67] = [
     (Dimension::Stress, "kBar", 1e8),
     (Dimension::Stress, "atm", 101_325.0),
     (Dimension::Stress, "dyn/cm2", 0.1),
+    (Dimension::Stress, "dyne/cm2", 0.1),
     (Dimension::Stress, "eV/A3", 1.602_176_634e11),
     (Dimension::Length, "m", 1.0),
     (Dimension::Length, "mm", 1e-3),
@@ -65,6 +77,12 @@ const UNITS: [(Dimension, &str, f64); 67] = [
     (Dimension::Density, "kg/m3", 1.0),
     (Dimension::Density, "g/cm3", 1e3),
     (Dimension::Density, "g/cc", 1e3),
+    (Dimension::Density, "g/ml", 1e3),
+    (Dimension::Density, "kg/l", 1e3),
+    (Dimension::Density, "kg/dm3", 1e3),
+    (Dimension::Density, "Mg/m3", 1e3),
+    (Dimension::Density, "mg/cm3", 1.0),
+    (Dimension::Density, "lb/ft3", 16.018_463_373_960_14),
     (Dimension::Density, "t/m3", 1e3),
     (Dimension::Angle, "deg", std::f64::consts::PI / 180.0),
     (Dimension::Angle, "degrees", std::f64::consts::PI / 180.0),
@@ -206,13 +224,15 @@ impl Dimension {
 
     /// Size of a unit in SI: `Dimension::Stress.unit("GPa")` is 10⁹ Pa.
     ///
-    /// Accepted: Pa kPa MPa GPa TPa N/m2 N/mm2 psi ksi Mpsi Mbar kbar bar atm dyn/cm2 eV/A3; 1/ before any of them for a
-    /// compliance; m mm cm um nm A km in ft; kg/m3 g/cm3 g/cc t/m3; deg ° rad;
+    /// Accepted: Pa hPa kPa MPa GPa TPa N/m2 N/cm2 N/mm2 kN/m2 MN/m2 GN/m2 kN/cm2 kN/mm2 psi ksi Mpsi Mbar kbar bar mbar atm
+    /// dyn/cm2 kgf/cm2 kgf/mm2 J/m3 eV/A3; 1/ before any of them for a compliance; m mm cm um nm A km in ft; kg/m3 g/cm3 g/cc g/ml
+    /// kg/l kg/dm3 Mg/m3 mg/cm3 t/m3 lb/ft3; deg ° rad;
     /// s ms us ns min h; m/s mm/s cm/s um/s km/s m/min; m/s2 mm/s2 km/s2; N mN kN MN lbf; N/m3 kN/m3 MN/m3 N/mm3; J/m2
     /// mJ/m2 kJ/m2 N/m N/mm; 1/s 1/ms 1/us. Also µ for u, Å for A, ² or ^2 for 2.
     ///
     /// # Errors
-    /// An unknown unit (with the nearest valid name; letter case counts, mPa is not MPa) or one of another dimension.
+    /// An unknown unit (with a valid name that is nearly written so, if that may be the same unit; letter case counts, mPa is not
+    /// MPa) or one of another dimension.
     pub fn unit(self, name: &str) -> Result<f64> {
         let plain = plain(name);
         if self == Dimension::Compliance {
@@ -243,6 +263,41 @@ impl Dimension {
         self.bounded(number * size, text)
     }
 
+    /// The size of a unit that is a known one with other SI prefixes: "mPa", "uN/cm2"; `None` for what cannot be read so.
+    fn size_by_prefixes(self, plain: &str) -> Option<f64> {
+        let bases = UNITS.iter().filter(|u| u.0 == self);
+        let prefixed = |part: &str, base: &str| -> Option<f64> {
+            if part == base {
+                return Some(1.0);
+            }
+            let mut letters = part.chars();
+            let (_, size) = PREFIXES.iter().find(|(prefix, _)| Some(*prefix) == letters.clone().next())?;
+            letters.next();
+            (letters.as_str() == base).then_some(*size)
+        };
+        // A base is a unit of which no part has a prefix.
+        const PLAIN: [&str; 8] = ["Pa", "N/m2", "bar", "psi", "m", "g/m3", "N", "J/m2"];
+        bases
+            .filter_map(|&(_, name, size)| {
+                let own = match name {
+                    "kg/m3" => ("g/m3", 1e-3),
+                    other => (PLAIN.into_iter().find(|p| *p == other)?, size),
+                };
+                let (name, size) = own;
+                match (plain.split_once('/'), name.split_once('/')) {
+                    (Some((top, below)), Some((base, under))) => {
+                        let power = under.chars().next_back()?.to_digit(10)? as i32;
+                        let digit = below.chars().next_back()?.to_digit(10)? as i32;
+                        let length = prefixed(&below[..below.len() - 1], &under[..under.len() - 1])?;
+                        (power == digit).then_some(size * prefixed(top, base)? / length.powi(power))
+                    }
+                    (None, None) => Some(size * prefixed(plain, name)?),
+                    _ => None,
+                }
+            })
+            .next()
+    }
+
     /// Why `name` is no unit of this dimension.
     fn not_a_unit(self, name: &str, plain: &str) -> Error {
         let elsewhere = match UNITS.iter().find(|&&(_, unit, _)| unit == plain) {
@@ -264,16 +319,58 @@ impl Dimension {
         }
     }
 
-    /// The nearest unit of this dimension, or all of them.
+    /// The nearest unit of this dimension, if it may be the one that is meant, or all of them: one of another size is never
+    /// suggested for one whose size can be read.
     fn remedy(self, plain: &str, all: &str) -> String {
         let own = || UNITS.iter().filter(|u| u.0 == self);
-        let Some(name) = nearest(plain, own().map(|u| u.1)) else {
+        if let Some(size) = self.size_by_prefixes(plain) {
+            let size = format!("{size:.11e}").parse().unwrap_or(size);
+            let same = own().find(|u| (u.2 / size - 1.0).abs() < 1e-12).map(|u| u.1);
+            return match same {
+                Some(name) => format!("write {name} = {size:e} {}", self.si()),
+                None => format!("it reads as {size:e} {}; use one of {all} (upper and lower case differ)", self.si()),
+            };
+        }
+        let Some(name) = nearest(plain, own().map(|u| u.1)).filter(|name| same_size(plain, name)) else {
             return format!("use one of {all}");
         };
         let size = own().find(|u| u.1 == name).map_or(1.0, |u| u.2);
         let case = if name.eq_ignore_ascii_case(plain) { " (upper and lower case differ)" } else { "" };
         format!("did you mean {name} = {size:e} {}?{case}", self.si())
     }
+}
+
+/// SI's prefixes.
+const PREFIXES: [(char, f64); 10] = [
+    ('p', 1e-12),
+    ('n', 1e-9),
+    ('u', 1e-6),
+    ('m', 1e-3),
+    ('c', 1e-2),
+    ('d', 1e-1),
+    ('h', 1e2),
+    ('k', 1e3),
+    ('M', 1e6),
+    ('G', 1e9),
+];
+
+/// Whether a unit that is suggested for a text is surely not one of another size: but for letter case, separators and letters
+/// that no prefix is among, both are written alike.
+fn same_size(plain: &str, name: &str) -> bool {
+    let letters = |text: &str| text.chars().filter(|c| c.is_alphanumeric() || *c == '/').collect::<String>();
+    let (a, b) = (letters(plain), letters(name));
+    if a.eq_ignore_ascii_case(&b) {
+        return true;
+    }
+    // The parts of a quotient begin alike, and powers are alike.
+    let (a, b): (Vec<&str>, Vec<&str>) = (a.split('/').collect(), b.split('/').collect());
+    let digits = |text: &str| text.chars().filter(char::is_ascii_digit).collect::<String>();
+    let begins = |text: &str| text.chars().next().map(|c| c.to_ascii_lowercase());
+    a.len() == b.len()
+        && a.iter().zip(&b).all(|(a, b)| {
+            let (long, short) = if a.len() >= b.len() { (a, b) } else { (b, a) };
+            begins(a) == begins(b) && digits(a) == digits(b) && (long.len() == short.len() || short.len() > 2)
+        })
 }
 
 /// A stress (Pa): "130 MPa". Errors as [`Dimension::parse`].
@@ -428,7 +525,15 @@ mod tests {
     #[test]
     fn refusals() {
         for (dimension, text, parts) in [
-            (Dimension::Stress, "130 mPa", &["unknown unit \"mPa\"", "did you mean MPa = 1e6 Pa", "case"][..]),
+            (Dimension::Stress, "130 mPa", &["unknown unit \"mPa\"", "it reads as 1e-3 Pa; use one of Pa", "case"][..]),
+            (Dimension::Stress, "130 Mpa", &["did you mean MPa = 1e6 Pa", "case"]),
+            (Dimension::Stress, "130 GPas", &["did you mean GPa = 1e9 Pa"]),
+            (Dimension::Stress, "130 daN/mm2", &["use one of Pa"]),
+            (Dimension::Stress, "130 mN/um2", &["write GPa = 1e9 Pa"]),
+            (Dimension::Density, "3 kg/cm3", &["it reads as 1e6 kg/m3; use one of"]),
+            (Dimension::Density, "3 g/mm3", &["it reads as 1e6 kg/m3"]),
+            (Dimension::Length, "3 dm", &["it reads as 1e-1 m"]),
+            (Dimension::Force, "3 GN", &["it reads as 1e9 N"]),
             (Dimension::Stress, "130 GPA", &["did you mean GPa"]),
             (Dimension::Stress, "130 mm", &["\"mm\" is a unit of a length", "a stress is needed"]),
             (Dimension::Stress, "130 1/GPa", &["is a unit of a compliance"]),
@@ -443,7 +548,7 @@ mod tests {
             (Dimension::Stress, "- 5 Pa", &["not a finite number"]),
             (Dimension::Compliance, "3 GPa", &["is a unit of a stress"]),
             (Dimension::Length, "3 M", &["did you mean m ="]),
-            (Dimension::Density, "3 kg/m2", &["did you mean kg/m3"]),
+            (Dimension::Density, "3 kg/m2", &["unknown unit", "use one of kg/m3"]),
             (Dimension::Angle, "3 Rad", &["did you mean rad"]),
         ] {
             let message = dimension.parse(text).unwrap_err().to_string();

@@ -17,6 +17,41 @@ pub(super) fn nearest<'a>(wrong: &str, valid: impl IntoIterator<Item = &'a str>)
         .map(|(_, name)| name)
 }
 
+/// The key closest to a wrong one that cannot mean something else: digits are the same, and names of up to three letters (ex, ez,
+/// nu) differ by letter case and separators only.
+pub(super) fn nearest_key<'a>(wrong: &str, valid: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let letters = |name: &str| name.chars().filter(|c| !"_- ".contains(*c)).collect::<String>().to_lowercase();
+    let digits = |name: &str| name.chars().filter(char::is_ascii_digit).collect::<String>();
+    let own = letters(wrong);
+    let may = |name: &&str| {
+        let other = letters(name);
+        own == other || (own.len().min(other.len()) > 3 && digits(&own) == digits(&other))
+    };
+    nearest(wrong, valid.into_iter().filter(may))
+}
+
+/// Keys that others use, and what they are here.
+const OTHERS: [(&str, &str); 12] = [
+    ("mu", "g, the shear modulus"),
+    ("shear", "g, the shear modulus"),
+    ("young", "e, Young's modulus"),
+    ("youngs_modulus", "e, Young's modulus"),
+    ("poisson", "nu, Poisson's ratio"),
+    ("poisson_ratio", "nu, Poisson's ratio"),
+    ("v", "nu, Poisson's ratio"),
+    ("bulk", "k, the bulk modulus"),
+    ("bulk_modulus", "k, the bulk modulus"),
+    ("shear_modulus", "g, the shear modulus"),
+    ("rho", "density"),
+    ("euler", "bunge, Euler angles by Bunge, or xyz, turns about x, y and z"),
+];
+
+/// What a key that others use is called here, as a remedy.
+pub(super) fn known_elsewhere(key: &str) -> Option<String> {
+    let plain = key.trim().to_lowercase().replace(['-', ' '], "_");
+    OTHERS.iter().find(|(other, _)| *other == plain).map(|(_, own)| format!("here it is called {own}"))
+}
+
 /// "did you mean x?" where a name is close, otherwise "use one of x, y, z".
 pub fn suggestion(wrong: &str, valid: &[&str]) -> String {
     match nearest(wrong, valid.iter().copied()) {
@@ -64,6 +99,24 @@ mod tests {
         assert_eq!(nearest("C11", names), Some("c11"));
         assert_eq!(nearest("c_11", names), Some("c11"));
         assert_eq!(nearest("viscosity", names), None);
+    }
+
+    #[test]
+    fn a_key_of_another_meaning_is_not_the_nearest() {
+        let names = ["stiffness", "c11", "c12", "ex", "ez", "nu", "nu_xy", "nu_zx", "density"];
+        for (wrong, right) in [
+            ("stifness", Some("stiffness")),
+            ("C_11", Some("c11")),
+            ("NUXY", Some("nu_xy")),
+            ("densitty", Some("density")),
+            ("c14", None),
+            ("s11", None),
+            ("ey", None),
+            ("mu", None),
+        ] {
+            assert_eq!(nearest_key(wrong, names), right, "{wrong}");
+        }
+        assert_eq!(known_elsewhere("mu"), Some("here it is called g, the shear modulus".into()));
     }
 
     #[test]

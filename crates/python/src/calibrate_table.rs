@@ -20,7 +20,7 @@ use crate::work::{Beat, OrRaise, watched};
 /// that names none. `prove` asks for a proof of every row's stability over the whole Brillouin zone; without it a row whose bonds'
 /// signs are not proof enough says `sampled`. `progress` is True, a callable (done, total, message), or tqdm. Other keywords as `calibrate`.
 #[pyfunction]
-#[pyo3(signature = (table, neighbourhood=None, *, model="central", form=None, promise=None, lower_bound=None, unit=None,
+#[pyo3(signature = (table, neighbourhood=None, *, model="central", form=None, promise=None, lower_bound=None, metric=None, unit=None,
                     output=None, force=false, progress=None, prove=false, **keywords))]
 #[allow(clippy::too_many_arguments)] // They are keywords.
 pub fn calibrate_table<'py>(
@@ -31,6 +31,7 @@ pub fn calibrate_table<'py>(
     form: Option<&str>,
     promise: Option<&str>,
     lower_bound: Option<&Bound<'py, PyAny>>,
+    metric: Option<&str>,
     unit: Option<&str>,
     output: Option<&Bound<'py, PyAny>>,
     force: bool,
@@ -38,7 +39,7 @@ pub fn calibrate_table<'py>(
     prove: bool,
     keywords: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let settings = settings(model, form, promise, lower_bound)?;
+    let settings = settings(model, form, promise, lower_bound, metric)?;
     let path = convert::path(table)?;
     let grid = chosen(py, "calibrate_table", neighbourhood, keywords)?.get().grid.clone();
     let rows = py.detach(|| anisobond_formats::read_table(&path, unit)).or_raise()?;

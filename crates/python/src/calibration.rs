@@ -4,9 +4,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use anisobond::calibration::{
-    HybridForm, LowerBound, Model, ModelCalibration, ModelCalibrator, ModelSettings, Promise,
+    HybridForm, LowerBound, Model, ModelCalibration, ModelCalibrator, ModelSettings, Outcome, Promise,
 };
-use anisobond::tensor::Material;
+use anisobond::tensor::{Material, Metric};
 use anisobond_app::{AdviceReport, ModelReport, NeighbourhoodReport, calibration_files, write_files};
 use anisobond_cli::describe;
 use anisobond_formats::{BondModuli, BondTable};
@@ -19,7 +19,7 @@ use crate::material::material as material_of;
 use crate::neighbourhood::{Neighbourhood, chosen};
 use crate::report::{Report, number, percent, table};
 use crate::stiffness::Stiffness;
-use crate::work::{NotExact, background, wrong};
+use crate::work::{NotExact, background, warned, wrong};
 
 /// What a calibration found.
 struct Found {
@@ -88,9 +88,10 @@ impl Calibration {
         self.found.result.promised_error()
     }
 
-    /// Whether non-negative bonds (and the nodal term) reach what the model can express of the target.
+    /// Whether non-negative bonds (and the nodal term) reach what the model can express of the target: no neighbourhood would bring
+    /// this model closer in its metric. The error may be large all the same.
     #[getter]
-    fn feasible(&self) -> bool {
+    fn reaches_model_limit(&self) -> bool {
         self.found.result.feasible()
     }
 
@@ -213,18 +214,24 @@ pub fn settings(
     form: Option<&str>,
     promise: Option<&str>,
     lower_bound: Option<&Bound<'_, PyAny>>,
+    metric: Option<&str>,
 ) -> PyResult<ModelSettings> {
     let models = [("central", Model::Central), ("micropolar", Model::Micropolar), ("hybrid", Model::Hybrid)];
     let model = convert::choice(model, "model", &models)?;
     let only = |keyword: &str, model: &str| {
         Err(wrong(format!("{keyword} belongs to {model}"), format!("add model={model:?}, or leave it out")))
     };
+    if let (Model::Micropolar | Model::Hybrid, Some(_)) = (model, metric) {
+        return only("metric", "central");
+    }
+    let metrics = [("norm", Metric::Norm), ("energy", Metric::Energy)];
+    let metric = convert::choice(metric.unwrap_or("norm"), "metric", &metrics)?;
     match (model, form, promise, lower_bound) {
         (Model::Central | Model::Micropolar, Some(_), _, _) => only("form", "hybrid"),
         (Model::Central | Model::Hybrid, _, Some(_), _) => only("promise", "micropolar"),
         (Model::Micropolar | Model::Hybrid, _, _, Some(_)) => only("lower_bound", "central"),
         (Model::Central, _, _, bound) => {
-            Ok(ModelSettings::Central(bound.map_or(Ok(LowerBound::Value(0.0)), bound_of)?))
+            Ok(ModelSettings::Central(bound.map_or(Ok(LowerBound::Value(0.0)), bound_of)?, metric))
         }
         (Model::Micropolar, _, promise, _) => {
             let promises = [("sum", Promise::Sum), ("free-rotations", Promise::FreeRotations)];
@@ -250,21 +257,21 @@ fn bound_of(given: &Bound<'_, PyAny>) -> PyResult<LowerBound> {
 ///
 /// `model` is central, micropolar (normal and tangential bonds, node rotations free; `promise` sum or free-rotations) or
 /// hybrid (normal bonds and a nodal term; `form` remainder or stable). `lower_bound` (N/m⁶, or "max") is of the central
-/// model. With `require_exact`, a relative error above it (True: 1e-9) raises `NotExact`. The bonds are those of a `Neighbourhood`, or
+/// model, and so is `metric`: norm, or energy, by which soft directions count as much as stiff ones. With `require_exact`, a relative error above it (True: 1e-9) raises `NotExact`. The bonds are those of a `Neighbourhood`, or
 /// of its keywords: horizon, shape, semi_axes, influence, spacing, rotate.
 ///
 /// A target out of reach is no error: the closest bonds are returned, with the certificate.
 ///
 /// >>> bonds = calibrate("KIO3", horizon=3, spacing="2 mm")
 /// >>> bonds
-/// <Calibration of KIO3: central, 122 bonds, error 3.18728 %, feasible, stable (proved)>
+/// <Calibration of KIO3: central, 122 bonds, error 3.18728 %, the least of the model, stable (proved)>
 /// >>> bonds.micromodulus.shape, bonds.reached.cauchy_gap < 1e-12
 /// ((122,), True)
 /// >>> calibrate("Te2W", horizon=3, model="hybrid").error < 1e-12
 /// True
 #[pyfunction]
 #[pyo3(signature = (material, neighbourhood=None, *, model="central", form=None, promise=None, lower_bound=None,
-                    require_exact=None, **keywords))]
+                    metric=None, require_exact=None, **keywords))]
 #[allow(clippy::too_many_arguments)] // They are keywords.
 pub fn calibrate<'py>(
     py: Python<'py>,
@@ -274,16 +281,18 @@ pub fn calibrate<'py>(
     form: Option<&str>,
     promise: Option<&str>,
     lower_bound: Option<&Bound<'py, PyAny>>,
+    metric: Option<&str>,
     require_exact: Option<&Bound<'py, PyAny>>,
     keywords: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, Calibration>> {
-    let settings = settings(model, form, promise, lower_bound)?;
+    let settings = settings(model, form, promise, lower_bound, metric)?;
     let require_exact = require_exact.map_or(Ok(None), required)?;
     let given = PyDict::new(py);
     given.set_item("model", model)?;
     given.set_item("form", form)?;
     given.set_item("promise", promise)?;
     given.set_item("lower_bound", lower_bound)?;
+    given.set_item("metric", metric)?;
     let material = material_of(material)?;
     let neighbourhood = chosen(py, "calibrate", neighbourhood, keywords)?;
     let grid = neighbourhood.get().grid.clone();
@@ -294,6 +303,7 @@ pub fn calibrate<'py>(
         let bonds = BondTable::new(&grid, &BondModuli::of(&result))?;
         Ok(Found { material, result, report, bonds })
     })?;
+    warned(py, found.report.warnings())?;
     let made = calibration(py, found, neighbourhood, given.unbind())?;
     let promised = made.get().error();
     if let Some(required) = require_exact.filter(|e| promised.is_nan() || promised > *e) {
@@ -332,7 +342,11 @@ fn calibration(
         found.material.name,
         found.result.model().name(),
         percent(found.result.promised_error()),
-        found.result.outcome().name(),
+        match found.result.outcome() {
+            Outcome::Feasible => "the least of the model",
+            Outcome::Infeasible => "short of the model's least",
+            Outcome::NotConverged => "not converged",
+        },
         found.stable()
     );
     let report = Report::new(summary, &found.report, describe::calibration(&found.report))?;

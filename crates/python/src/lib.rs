@@ -12,6 +12,7 @@ mod lattice;
 mod material;
 mod neighbourhood;
 mod packing;
+mod rank;
 mod report;
 mod stiffness;
 mod sweep;
@@ -39,6 +40,8 @@ mod _native {
     use crate::neighbourhood::Neighbourhood;
     #[pymodule_export]
     use crate::packing::{_packing, Packing};
+    #[pymodule_export]
+    use crate::rank::rank;
     #[pymodule_export]
     use crate::report::{_report, Report};
     #[pymodule_export]

@@ -1,6 +1,6 @@
 //! `Stiffness`: an elastic tensor with its name, density and source.
 
-use anisobond::tensor::{DirectionalModuli, Material, SYMMETRY_TOLERANCE, Stiffness as Tensor};
+use anisobond::tensor::{DirectionalModuli, Material, Stiffness as Tensor};
 use anisobond_app::TensorReport;
 use anisobond_cli::describe;
 use anisobond_formats::Dimension;
@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use crate::convert;
 use crate::material;
 use crate::report::{Report, number, table};
-use crate::work::{OrRaise, wrong};
+use crate::work::{OrRaise, warned, wrong};
 
 /// An elastic stiffness tensor (Pa), with a name, and a density (kg/m³) and source where they are known.
 ///
@@ -87,13 +87,14 @@ fn density_of(given: &Bound<'_, PyAny>) -> PyResult<f64> {
     Err(wrong(format!("the density is {density} kg/m³"), "give a positive number"))
 }
 
-/// Distance within which a symmetry class counts as present.
-fn tolerance_of(given: Option<f64>) -> PyResult<f64> {
-    let tolerance = given.unwrap_or(SYMMETRY_TOLERANCE);
-    if tolerance >= 0.0 && tolerance.is_finite() {
-        return Ok(tolerance);
+/// Distance within which a symmetry class counts as present; `None` for what the tensor's own noise suggests.
+fn tolerance_of(given: Option<f64>) -> PyResult<Option<f64>> {
+    match given {
+        Some(tolerance) if !(tolerance >= 0.0 && tolerance.is_finite()) => {
+            Err(wrong(format!("tolerance = {tolerance}"), "give a number ≥ 0, as 0.005"))
+        }
+        given => Ok(given),
     }
-    Err(wrong(format!("tolerance = {tolerance}"), "give a number ≥ 0, as 0.005"))
 }
 
 /// Unit vectors of an array (…, 3).
@@ -283,14 +284,17 @@ impl Stiffness {
         convert::matrix3_array(py, &self.tensor().cauchy_defect())
     }
 
-    /// The symmetry class in any orientation, within `tolerance` (relative distance) [0.005].
+    /// The symmetry class in any orientation, within `tolerance` (relative distance) [what the noise that the tensor shows suggests,
+    /// 0.005 at the least].
     ///
     /// >>> Stiffness("Spinel").symmetry(), Stiffness("KIO3").symmetry()
     /// ('cubic', 'triclinic')
     #[pyo3(signature = (*, tolerance=None))]
     fn symmetry(&self, py: Python<'_>, tolerance: Option<f64>) -> PyResult<&'static str> {
         let tolerance = tolerance_of(tolerance)?;
-        Ok(py.detach(|| self.tensor().symmetry(tolerance)).class.name())
+        let tensor = self.tensor();
+        let found = py.detach(|| tolerance.map_or_else(|| tensor.symmetry_by_noise(), |t| tensor.symmetry(t)));
+        Ok(found.class.name())
     }
 
     /// The tensor turned by a 3×3 rotation, or by one in the words of the command line ("bunge:10,20,30").
@@ -368,11 +372,13 @@ impl Stiffness {
     }
 
     /// Everything of the tensor that needs no lattice, as `anisobond tensor`: moduli, engineering constants, extremes over
-    /// directions, waves, symmetry class within `tolerance` [0.005], what central bonds can reach.
+    /// directions, waves, symmetry class within `tolerance` [what the noise suggests], what central bonds can reach. What is not
+    /// plausible of the material is a Python warning, too.
     #[pyo3(signature = (*, tolerance=None))]
     fn analyse(&self, py: Python<'_>, tolerance: Option<f64>) -> PyResult<Report> {
         let tolerance = tolerance_of(tolerance)?;
         let report = py.detach(|| TensorReport::new(&self.material, tolerance)).or_raise()?;
+        warned(py, &report.warnings)?;
         let words = describe::tensor(&report, &serde_json::Value::Null);
         let summary = format!("{}: {}", report.material, report.symmetry.class.name());
         // As --json has them where no direction is asked for: see `young` and `waves`.
@@ -445,7 +451,7 @@ impl Stiffness {
         let (py, this) = (slf.py(), slf.get());
         let (m, c) = (&this.material, this.tensor());
         let tensor = *c;
-        let class = py.detach(|| tensor.symmetry(SYMMETRY_TOLERANCE)).class.name();
+        let class = py.detach(|| tensor.symmetry_by_noise()).class.name();
         let hill = c.require_positive_definite().ok().and_then(|()| c.average_moduli());
         let mut shown = serde_json::json!({
             "source": m.source, "density": m.density, "class": class, "cauchy_gap": c.cauchy_gap(),

@@ -44,7 +44,7 @@ def test_models_and_evidence():
     micropolar = ab.calibrate("Si", horizon=3, model="micropolar", promise="free-rotations")
     assert micropolar.tangential.shape == micropolar.micromodulus.shape
     infeasible = ab.calibrate("CoTeO4", horizon=3)
-    assert not infeasible.feasible and 100 * infeasible.error == pytest.approx(5.58526, abs=1e-5)
+    assert not infeasible.reaches_model_limit and 100 * infeasible.error == pytest.approx(5.58526, abs=1e-5)
     assert infeasible.certificate["largest_bond_product"] < 1e-9 < infeasible.certificate["target_product"]
     assert ab.calibrate("Pyroceram", horizon=3).certificate is None
 
@@ -174,6 +174,8 @@ def test_advice():
         (lambda: ab.calibrate("Si", promise="sum"), ["micropolar"]),
         (lambda: ab.calibrate("Si", model="hybrid", lower_bound="max"), ["central"]),
         (lambda: ab.calibrate("Si", lower_bound=-1), ["≥ 0"]),
+        (lambda: ab.calibrate("Si", model="hybrid", metric="energy"), ["central"]),
+        (lambda: ab.calibrate("Si", metric="length"), ["norm"]),
         (lambda: ab.calibrate("Si", lower_bound="1 GPa"), ["N/m⁶"]),
         (lambda: ab.calibrate("Si", require_exact=-1), ["require_exact", "≥ 0"]),
         (lambda: ab.calibrate("Si", require_exact="yes"), ["require_exact", "True"]),

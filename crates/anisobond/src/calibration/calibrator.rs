@@ -12,7 +12,9 @@ use super::nnls;
 use super::proximal_newton;
 use super::rays::{Coordinates, PerRay, Rays, at, set};
 use crate::lattice::Neighbourhood;
-use crate::tensor::{MONOMIALS, Quartic, Stiffness, cauchy_coordinates, quartic_of, quartic_weights, tensor_of};
+use crate::tensor::{
+    MONOMIALS, Metric, Quartic, Stiffness, cauchy_coordinates, quartic_of, quartic_weights, tensor_of,
+};
 use crate::{Error, Result};
 
 /// ‖Xc − S‖/‖S‖ up to which a target counts as reached; what is met in practice is a hundred times smaller.
@@ -98,7 +100,7 @@ pub struct Infeasibility {
     pub largest_bond_product: f64,
     /// y·(S − X l) (Pa), > 0.
     pub target_product: f64,
-    /// Distance of the Cauchy part from the reachable tensors, relative to its norm.
+    /// Distance of the aim from the reachable tensors, relative to its norm; both in the metric of the calibration.
     pub distance: f64,
     /// True when no neighbourhood can reach the target with c ≥ 0: its Cauchy part has a negative Kelvin modulus
     /// (Hilbert 1888). Otherwise a larger horizon can.
@@ -114,8 +116,10 @@ pub struct Calibration {
     pub reached: Stiffness,
     /// ‖target − reached‖/‖target‖.
     pub relative_error: f64,
-    /// ‖target − S‖/‖target‖: the least error of central bonds on any neighbourhood.
+    /// ‖target − S‖/‖target‖ with S the Cauchy part: the least error of central bonds on any neighbourhood.
     pub cauchy_gap: f64,
+    /// In which sense the bonds come close to a target out of reach.
+    pub metric: Metric,
     /// Micromodulus c of every bond, in the neighbourhood's order (N/m⁶).
     pub micromodulus: Vec<f64>,
     /// The lower bound l that was in force (N/m⁶).
@@ -123,7 +127,7 @@ pub struct Calibration {
     /// Coefficients of the quartic form p in the order of [`crate::tensor::MONOMIALS`] (N/m¹⁰):
     /// cᵢ = max(l, sᵢ p(nᵢ)) with sᵢ = ½ ωᵢ |ξᵢ| ΔV.
     pub dual: [f64; 15],
-    /// `None` when c ≥ l reaches the Cauchy part; otherwise why not, with a certificate. The bonds then give the
+    /// `None` when c ≥ l reaches the aim; otherwise why not, with a certificate. The bonds then give the
     /// closest reachable tensor.
     pub infeasibility: Option<Infeasibility>,
     /// Newton steps taken (0: the pseudo-inverse was already optimal).
@@ -136,7 +140,13 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// Whether the bonds reach the Cauchy part of the target, to 10⁻¹², with the least norm.
+    /// What the bonds are to reach: the Cauchy part S, or S* that is closest in the sense of energy.
+    pub fn aim(&self) -> Stiffness {
+        // The target was checked; there is such a tensor.
+        self.target.cauchy_part_in(self.metric).unwrap_or_else(|| self.target.cauchy_part())
+    }
+
+    /// Whether the bonds reach their aim, to 10⁻¹², with the least norm.
     pub fn feasible(&self) -> bool {
         self.infeasibility.is_none() && self.converged
     }
@@ -154,19 +164,21 @@ impl Calibration {
 
 /// A neighbourhood prepared for calibration: its bonds collapsed onto rays, once for all materials.
 pub struct Calibrator<'a> {
-    neighbourhood: &'a Neighbourhood,
+    pub(super) neighbourhood: &'a Neighbourhood,
     /// n⊗n⊗n⊗n of every distinct ± direction of the bonds.
-    quartics: Vec<Quartic>,
+    pub(super) quartics: Vec<Quartic>,
     /// Ray of every bond among the directions.
-    direction_of_bond: Vec<u32>,
+    pub(super) direction_of_bond: Vec<u32>,
     /// s of every bond in units of `share_unit`.
-    share: Vec<f64>,
+    pub(super) share: Vec<f64>,
     /// Largest s (m⁴).
-    share_unit: f64,
+    pub(super) share_unit: f64,
     /// One ray per distinct direction (bound 0: bonds of one direction share one coefficient).
     by_direction: Rays<15>,
     /// One ray per distinct direction and share (bound above 0), with the ray of every bond; made when first needed.
     by_share: OnceLock<(Rays<15>, Vec<u32>)>,
+    /// The form that is 1 on every direction.
+    pub(super) one: Quartic,
 }
 
 impl<'a> Calibrator<'a> {
@@ -189,20 +201,24 @@ impl<'a> Calibrator<'a> {
         let share: Vec<f64> = bonds.iter().map(|bond| neighbourhood.stiffness_share(bond)).collect();
         let share_unit = share.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
         let share: Vec<f64> = share.iter().map(|s| s / share_unit).collect();
+        Calibrator::seen(neighbourhood, quartics, direction_of_bond, (share, share_unit), one_everywhere())
+    }
+
+    /// Bonds whose directions have given coordinates; `one` is the form that is 1 on every direction.
+    pub(super) fn seen(
+        neighbourhood: &'a Neighbourhood,
+        quartics: Vec<Quartic>,
+        direction_of_bond: Vec<u32>,
+        (share, share_unit): (Vec<f64>, f64),
+        one: Quartic,
+    ) -> Self {
         let mut weight = vec![0.0; quartics.len()];
         for (&ray, s) in direction_of_bond.iter().zip(&share) {
             weight[ray as usize] += s * s;
         }
         let by_direction = Rays::new(&quartics, &vec![1.0; weight.len()], &weight);
-        Calibrator {
-            neighbourhood,
-            quartics,
-            direction_of_bond,
-            share,
-            share_unit,
-            by_direction,
-            by_share: OnceLock::new(),
-        }
+        let by_share = OnceLock::new();
+        Calibrator { neighbourhood, quartics, direction_of_bond, share, share_unit, by_direction, by_share, one }
     }
 
     /// The neighbourhood.
@@ -226,8 +242,22 @@ impl<'a> Calibrator<'a> {
     /// # Errors
     /// A tensor that is not positive definite, or a lower bound that is negative or not finite.
     pub fn calibrate(&self, target: &Stiffness, bound: LowerBound) -> Result<Calibration> {
+        self.calibrate_in(target, bound, Metric::Norm)
+    }
+
+    /// As [`Calibrator::calibrate`], close to the target in a sense. In that of energy the aim is S* of
+    /// [`Stiffness::cauchy_part_in_energy`] in place of S, and where no c ≥ l reaches it, the reachable tensor X c of least
+    /// ‖C^(−½)(X c − C)C^(−½)‖; then the least norm as before. A target that satisfies Cauchy's relations has the same bonds in
+    /// both.
+    ///
+    /// # Errors
+    /// As [`Calibrator::calibrate`].
+    pub fn calibrate_in(&self, target: &Stiffness, bound: LowerBound, metric: Metric) -> Result<Calibration> {
         target.require_positive_definite()?;
-        let cauchy = cauchy_coordinates(target);
+        let aim = target.cauchy_part_in(metric).ok_or_else(|| {
+            Error::input("the stiffness has no Cholesky factor in floating point", "check its components and units")
+        })?;
+        let cauchy = cauchy_coordinates(&aim);
         let scale = cauchy.norm();
         let solution = match bound {
             LowerBound::Value(l) if l.is_finite() && l >= 0.0 => {
@@ -240,6 +270,10 @@ impl<'a> Calibrator<'a> {
                 ));
             }
             LowerBound::Largest => self.solve_at_largest_bound(&(cauchy / scale)),
+        };
+        let solution = match (metric, &solution.certificate) {
+            (Metric::Energy, Some(_)) => self.solve_in_energy(target, &(cauchy / scale), solution.bound)?,
+            _ => solution,
         };
         let bound = solution.bound;
 
@@ -261,6 +295,7 @@ impl<'a> Calibrator<'a> {
             }
         });
         Ok(Calibration {
+            metric,
             target: *target,
             relative_error: target.relative_error(&reached),
             reached,
@@ -276,7 +311,7 @@ impl<'a> Calibrator<'a> {
     }
 
     /// The problem in units of ‖S‖ = 1 and largest share = 1.
-    fn solve(&self, cauchy: &Quartic, bound: f64) -> Solution {
+    pub(super) fn solve(&self, cauchy: &Quartic, bound: f64) -> Solution {
         let (rays, ray_of_bond) = self.rays(bound);
         let inside = rays.project(cauchy);
         let outside = cauchy - rays.lift(&inside);
@@ -366,7 +401,7 @@ impl<'a> Calibrator<'a> {
         let (rays, ray_of_bond) = self.rays(1.0);
         let target = rays.project(cauchy);
         let ones = rays.tensor(&rays.filled(1.0));
-        let mut support = -rays.project(&one_everywhere());
+        let mut support = -rays.project(&self.one);
         let mut bound = support.dot(&target) / support.dot(&ones);
         for _ in 0..MOST_CUTS {
             let r = nnls::closest(rays, &(target - bound * ones)).residual;
@@ -434,22 +469,22 @@ impl<'a> Calibrator<'a> {
     fn tidy(&self, y: &Quartic) -> Quartic {
         let y = y.normalize();
         let largest = self.quartics.iter().map(|v| v.dot(&y)).fold(0.0, f64::max);
-        y - (largest + CERTIFICATE_MARGIN) * one_everywhere()
+        y - (largest + CERTIFICATE_MARGIN) * self.one
     }
 }
 
 /// What [`Calibrator::solve`] returns, in its units.
-struct Solution {
+pub(super) struct Solution {
     /// The lower bound in force.
-    bound: f64,
-    c: Vec<f64>,
-    dual: Quartic,
-    certificate: Option<(Cause, Quartic)>,
-    distance: f64,
-    iterations: usize,
-    residual: f64,
+    pub bound: f64,
+    pub c: Vec<f64>,
+    pub dual: Quartic,
+    pub certificate: Option<(Cause, Quartic)>,
+    pub distance: f64,
+    pub iterations: usize,
+    pub residual: f64,
     /// Whether the norm is the least.
-    converged: bool,
+    pub converged: bool,
 }
 
 /// The least norm for a target that is known to have a solution, given by its coefficients on some rays: by Newton's

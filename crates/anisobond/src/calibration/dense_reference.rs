@@ -3,7 +3,6 @@
 use serde::Serialize;
 
 use super::advice::Model;
-use super::calibrator::LowerBound;
 use super::dispersion::StabilityEvidence;
 use super::micropolar::Promise;
 use super::model::{ModelCalibration, ModelCalibrator, ModelSettings};
@@ -59,7 +58,7 @@ impl DenseReference {
             horizon: HORIZON,
             bonds: neighbourhood.bonds().len(),
             models: [
-                model(ModelSettings::Central(LowerBound::Value(0.0)))?,
+                model(ModelSettings::central())?,
                 model(ModelSettings::Micropolar(Promise::Sum))?,
                 model(ModelSettings::Micropolar(Promise::FreeRotations))?,
                 model(ModelSettings::Hybrid(None))?,

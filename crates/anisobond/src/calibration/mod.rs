@@ -4,7 +4,8 @@
 //! sᵢ = ½ ωᵢ |ξᵢ| ΔV, and S is the Cauchy part of the wanted tensor. Its solution is cᵢ = max(l, sᵢ p(nᵢ)) with one
 //! quartic form p of 15 coefficients, the dual vector, found by a semismooth Newton method (`dual_newton`). Where no
 //! c ≥ l reaches S, non-negative least squares (`nnls`) gives the closest reachable tensor and, as its residual,
-//! the certificate.
+//! the certificate. In the sense of energy (`Metric::Energy`) S* takes the place of S and distances are those of energy
+//! (`in_energy`).
 //!
 //! [`MicropolarCalibrator`] is the same in all 21 dimensions for normal and tangential bonds.
 //! What bonds cannot reach, a nodal term adds ([`HybridCalibrator`]); the waves of the grid show whether the whole is
@@ -26,6 +27,7 @@ mod energy_by_normal;
 mod fracture;
 mod free_rotations;
 mod hybrid;
+mod in_energy;
 mod lattice_stiffness;
 mod layers;
 mod least_norm;

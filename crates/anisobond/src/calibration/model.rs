@@ -7,23 +7,30 @@ use super::hybrid::{HybridCalibration, HybridCalibrator, HybridForm};
 use super::micropolar::{MicropolarCalibration, MicropolarCalibrator, Promise};
 use crate::Result;
 use crate::lattice::Neighbourhood;
-use crate::tensor::Stiffness;
+use crate::tensor::{Metric, Stiffness};
 
 /// A model with what can be chosen of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ModelSettings {
-    /// Normal bonds, with a lower bound of their micromoduli.
-    Central(LowerBound),
+    /// Normal bonds, with a lower bound of their micromoduli, and in which sense they come close to a target out of reach.
+    Central(LowerBound, Metric),
     /// Normal and tangential bonds; which tensor they promise.
     Micropolar(Promise),
     /// Normal bonds and a nodal term; `None` for the form that is exact and stable.
     Hybrid(Option<HybridForm>),
 }
 
+impl ModelSettings {
+    /// Normal bonds c ≥ 0, closest in the norm.
+    pub fn central() -> Self {
+        ModelSettings::Central(LowerBound::Value(0.0), Metric::Norm)
+    }
+}
+
 /// A neighbourhood prepared for a model and any number of materials.
 pub enum ModelCalibrator<'a> {
     /// Normal bonds.
-    Central(Box<Calibrator<'a>>, LowerBound, Proof),
+    Central(Box<Calibrator<'a>>, LowerBound, Metric, Proof),
     /// Normal and tangential bonds.
     Micropolar(Box<MicropolarCalibrator<'a>>, Promise, Proof),
     /// Normal bonds and a nodal term.
@@ -79,8 +86,8 @@ impl<'a> ModelCalibrator<'a> {
     /// The hybrid model on bonds that all lie in a plane.
     pub fn new(neighbourhood: &'a Neighbourhood, settings: ModelSettings) -> Result<Self> {
         Ok(match settings {
-            ModelSettings::Central(bound) => {
-                ModelCalibrator::Central(Box::new(Calibrator::new(neighbourhood)), bound, Proof::Zone)
+            ModelSettings::Central(bound, metric) => {
+                ModelCalibrator::Central(Box::new(Calibrator::new(neighbourhood)), bound, metric, Proof::Zone)
             }
             ModelSettings::Micropolar(promise) => {
                 ModelCalibrator::Micropolar(Box::new(MicropolarCalibrator::new(neighbourhood)), promise, Proof::Zone)
@@ -95,7 +102,9 @@ impl<'a> ModelCalibrator<'a> {
     #[must_use]
     pub fn without_proof(self) -> Self {
         match self {
-            ModelCalibrator::Central(calibrator, bound, _) => ModelCalibrator::Central(calibrator, bound, Proof::Signs),
+            ModelCalibrator::Central(calibrator, bound, metric, _) => {
+                ModelCalibrator::Central(calibrator, bound, metric, Proof::Signs)
+            }
             ModelCalibrator::Micropolar(calibrator, promise, _) => {
                 ModelCalibrator::Micropolar(calibrator, promise, Proof::Signs)
             }
@@ -145,7 +154,7 @@ impl<'a> ModelCalibrator<'a> {
     /// The settings it was prepared with.
     pub fn settings(&self) -> ModelSettings {
         match *self {
-            ModelCalibrator::Central(_, bound, _) => ModelSettings::Central(bound),
+            ModelCalibrator::Central(_, bound, metric, _) => ModelSettings::Central(bound, metric),
             ModelCalibrator::Micropolar(_, promise, _) => ModelSettings::Micropolar(promise),
             ModelCalibrator::Hybrid(_, form) => ModelSettings::Hybrid(form),
         }
@@ -159,8 +168,8 @@ impl<'a> ModelCalibrator<'a> {
     pub fn calibrate(&self, target: &Stiffness) -> Result<ModelCalibration> {
         let neighbourhood = self.neighbourhood();
         Ok(match self {
-            ModelCalibrator::Central(calibrator, bound, proof) => {
-                let r = calibrator.calibrate(target, *bound)?;
+            ModelCalibrator::Central(calibrator, bound, metric, proof) => {
+                let r = calibrator.calibrate_in(target, *bound, *metric)?;
                 let dispersion = Dispersion::central(neighbourhood, &r.micromodulus)?;
                 let waves = WaveEvidence::new(&dispersion, target, &r.reached, *proof);
                 ModelCalibration::Central(r, waves)
@@ -207,7 +216,8 @@ impl ModelCalibration {
         }
     }
 
-    /// Whether the bonds, with a nodal term where there is one, reach what the model can express of the target.
+    /// Whether the bonds, with a nodal term where there is one, reach what the model can express of the target: no neighbourhood
+    /// would bring this model closer in its metric. The error may be large all the same.
     pub fn feasible(&self) -> bool {
         match self {
             ModelCalibration::Central(r, _) => r.feasible(),

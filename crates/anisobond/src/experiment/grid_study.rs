@@ -3,7 +3,7 @@
 use super::corrected::{Correction, CorrectionReport};
 use super::element_test::{ElementTest, ElementTestResult, Rotations};
 use crate::Result;
-use crate::calibration::{LowerBound, Model, ModelCalibration, ModelCalibrator, ModelSettings, Promise, Stability};
+use crate::calibration::{Model, ModelCalibration, ModelCalibrator, ModelSettings, Promise, Stability};
 use crate::lattice::Neighbourhood;
 use crate::operator::{GridCell, Network};
 use crate::tensor::Stiffness;
@@ -31,7 +31,7 @@ impl GridStudy {
     /// What a model is to promise of a grid whose nodes rotate, or do not: what an element test of it measures.
     pub fn settings(model: Model, rotations: Rotations) -> ModelSettings {
         match (model, rotations) {
-            (Model::Central, _) => ModelSettings::Central(LowerBound::Value(0.0)),
+            (Model::Central, _) => ModelSettings::central(),
             (Model::Micropolar, Rotations::Free) => ModelSettings::Micropolar(Promise::FreeRotations),
             (Model::Micropolar, Rotations::Blocked) => ModelSettings::Micropolar(Promise::Sum),
             (Model::Hybrid, _) => ModelSettings::Hybrid(None),

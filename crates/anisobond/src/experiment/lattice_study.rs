@@ -10,7 +10,7 @@ use crate::calibration::{
 };
 use crate::lattice::{Lattice, Packing};
 use crate::operator::{Network, NodalTerm};
-use crate::tensor::{SYMMETRY_TOLERANCE, Stiffness, SymmetryClass};
+use crate::tensor::{Metric, SYMMETRY_TOLERANCE, Stiffness, SymmetryClass};
 use crate::{Error, Result};
 
 /// How a correction is asked for.
@@ -30,12 +30,15 @@ pub struct LatticePlan {
     pub model: Model,
     /// Whether, and how, moduli are corrected by the lattice's own element test.
     pub correction: Option<(CorrectionChoice, Correction)>,
+    /// In which sense central bonds come close to a tensor out of reach.
+    pub metric: Metric,
 }
 
 impl LatticePlan {
-    /// A model, and a correction of its bonds by an element test.
+    /// A model, and a correction of its bonds by an element test; closest by the norm.
     pub fn new(model: Model, correct: Option<CorrectionChoice>, test: ElementTest) -> Self {
-        LatticePlan { model, correction: correct.map(|choice| (choice, Correction { test, ..Correction::default() })) }
+        let correction = correct.map(|choice| (choice, Correction { test, ..Correction::default() }));
+        LatticePlan { model, correction, metric: Metric::Norm }
     }
 }
 
@@ -77,7 +80,8 @@ impl LatticeStudy {
     /// ([`Correction`]).
     ///
     /// # Errors
-    /// As [`LatticeStudy::new`]; an elliptic correction of another model than the micropolar one; a tensor that is not
+    /// As [`LatticeStudy::new`]; an elliptic correction of another model than the micropolar one; the metric of energy for other
+    /// bonds than central ones without correction; a tensor that is not
     /// positive definite; what the correction refuses.
     pub fn planned(
         packing: Packing,
@@ -88,6 +92,12 @@ impl LatticeStudy {
     ) -> Result<Self> {
         target.require_positive_definite()?;
         let lattice = Lattice::new(packing, contact_radius)?;
+        if plan.metric == Metric::Energy && (plan.model != Model::Central || plan.correction.is_some()) {
+            return Err(Error::input(
+                "the metric of energy is for central bonds without correction",
+                "use the model central without correction, or the metric norm",
+            ));
+        }
         match (plan.model, &plan.correction) {
             (Model::Micropolar, None) => LatticeStudy::elliptic(lattice, target, EllipticFit::new(target, axis)?, None),
             (Model::Micropolar, Some((choice, correction))) => match elliptic_fit(target, axis, *choice)? {
@@ -98,7 +108,9 @@ impl LatticeStudy {
                 "the elliptic correction needs tangential bonds",
                 "use the general correction, or the micropolar model",
             )),
-            (Model::Central, correction) => LatticeStudy::central(lattice, target, correction.as_ref().map(|c| &c.1)),
+            (Model::Central, correction) => {
+                LatticeStudy::central(lattice, target, plan.metric, correction.as_ref().map(|c| &c.1))
+            }
             (Model::Hybrid, correction) => LatticeStudy::hybrid(lattice, target, correction.as_ref().map(|c| &c.1)),
         }
     }
@@ -127,9 +139,12 @@ impl LatticeStudy {
         LatticeStudy::of_network(lattice, Model::Micropolar, target, network, Some((r.moduli, r.report)))
     }
 
-    fn central(lattice: Lattice, target: &Stiffness, correction: Option<&Correction>) -> Result<Self> {
+    fn central(lattice: Lattice, target: &Stiffness, metric: Metric, correction: Option<&Correction>) -> Result<Self> {
         let (network, corrected) = match correction {
-            None => (central_by_sum(&lattice, target, Correction::default().floor)?, None),
+            None => {
+                let aim = target.cauchy_part_in(metric).unwrap_or_else(|| target.cauchy_part());
+                (central_by_sum(&lattice, &aim, Correction::default().floor)?, None)
+            }
             Some(correction) => {
                 let r = correction.central(&lattice, target)?;
                 (r.network, Some((r.moduli, r.report)))

@@ -9,7 +9,7 @@ use crate::bond_law::{BondLaw, Brittle};
 use crate::calibration::Model;
 use crate::lattice::{Body, Neighbourhood};
 use crate::operator::Kinematics;
-use crate::tensor::Stiffness;
+use crate::tensor::{Metric, Stiffness};
 
 /// A number that changes in time (or with the load factor, in equilibrium).
 #[derive(Clone, Debug, PartialEq)]
@@ -302,6 +302,8 @@ pub struct Problem {
     pub neighbourhood: Neighbourhood,
     /// Central or hybrid; micropolar bonds are for packings and grid cells.
     pub model: Model,
+    /// In which sense central bonds come close to a tensor out of reach.
+    pub metric: Metric,
     /// Whether truncated neighbourhoods are calibrated.
     pub surface_calibration: bool,
     /// Linear or finite stretch.
@@ -360,6 +362,7 @@ impl Problem {
             body,
             neighbourhood,
             model: Model::Central,
+            metric: Metric::Norm,
             surface_calibration: true,
             kinematics: Kinematics::Linear,
             law: Arc::new(Brittle),

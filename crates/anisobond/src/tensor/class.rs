@@ -67,6 +67,21 @@ impl SymmetryClass {
         }
     }
 
+    /// Whether tensors of another class are tensors of this one in some axes; a class contains itself.
+    pub fn contains(self, smaller: SymmetryClass) -> bool {
+        use SymmetryClass::{
+            Cubic, Isotropic, Monoclinic, Orthotropic, Tetragonal, TransverselyIsotropic, Triclinic, Trigonal,
+        };
+        match self {
+            Isotropic => smaller == Isotropic,
+            Cubic | TransverselyIsotropic => smaller == self || smaller == Isotropic,
+            Tetragonal | Trigonal => smaller == self || smaller < Tetragonal,
+            Orthotropic => smaller <= Tetragonal || smaller == self,
+            Monoclinic => smaller != Triclinic,
+            Triclinic => true,
+        }
+    }
+
     /// The finite group (up to inversion, which no elastic tensor sees) whose invariant tensors are those of the class
     /// in its own axes. Transverse isotropy is that of a sixfold axis (Hermann's theorem: a five- or more-fold axis acts
     /// on a fourth-order tensor as an axis of revolution); isotropy is handled in [`SymmetryClass::project`].

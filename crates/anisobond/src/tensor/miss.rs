@@ -64,25 +64,24 @@ fn percent(x: f64) -> String {
     format!("{:+.1} %", 100.0 * x).replace('-', "−")
 }
 
+/// A carbon/epoxy ply (E 140/10, G 5 GPa, ν .3/.4), its fibres along x.
+#[cfg(test)]
+pub(super) fn ply() -> Stiffness {
+    let (e1, e2, g, n12, n23) = (140e9, 10e9, 5e9, 0.3, 0.4);
+    let mut s = nalgebra::Matrix6::zeros();
+    for (a, value) in [1.0 / e1, 1.0 / e2, 1.0 / e2, 2.0 * (1.0 + n23) / e2, 1.0 / g, 1.0 / g].into_iter().enumerate() {
+        s[(a, a)] = value;
+    }
+    for (a, b, value) in [(0, 1, -n12 / e1), (0, 2, -n12 / e1), (1, 2, -n23 / e2)] {
+        (s[(a, b)], s[(b, a)]) = (value, value);
+    }
+    Stiffness::from_voigt(&s.try_inverse().unwrap()).unwrap()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use nalgebra::Matrix6;
-
-    /// A carbon/epoxy ply (E 140/10, G 5 GPa, ν .3/.4), its fibres along x.
-    fn ply() -> Stiffness {
-        let (e1, e2, g, n12, n23) = (140e9, 10e9, 5e9, 0.3, 0.4);
-        let mut s = Matrix6::zeros();
-        for (a, value) in
-            [1.0 / e1, 1.0 / e2, 1.0 / e2, 2.0 * (1.0 + n23) / e2, 1.0 / g, 1.0 / g].into_iter().enumerate()
-        {
-            s[(a, a)] = value;
-        }
-        for (a, b, value) in [(0, 1, -n12 / e1), (0, 2, -n12 / e1), (1, 2, -n23 / e2)] {
-            (s[(a, b)], s[(b, a)]) = (value, value);
-        }
-        Stiffness::from_voigt(&s.try_inverse().unwrap()).unwrap()
-    }
 
     /// Total symmetrisation, %: computed independently of this program.
     #[test]

@@ -7,14 +7,11 @@ use nalgebra::{Matrix3, Matrix6, Rotation3, UnitVector3, Vector3};
 use serde::{Serialize, Serializer};
 
 use super::class::{SymmetryClass, closure};
+use super::noise::{Noise, named};
 use super::stiffness::Stiffness;
 use super::turning::{
     Local, Mandel, View, array_of, descend, dot, eigenframes, frame_of, half_sphere, seen_from, special_directions,
 };
-
-/// Distance up to which a tensor is said to have a symmetry, where the user gives none: stiffnesses are measured or
-/// computed to about half a percent (tables rounded to 1 GPa lie within it for all but the softest crystals).
-pub const SYMMETRY_TOLERANCE: f64 = 5e-3;
 
 /// How close a tensor is to one symmetry class.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -39,8 +36,10 @@ pub struct ClassFit {
 pub struct Symmetry {
     /// The class with the fewest constants within the tolerance; of tetragonal and trigonal (6 each) the nearer.
     pub class: SymmetryClass,
-    /// Largest distance accepted.
+    /// Largest distance accepted for that class.
     pub tolerance: f64,
+    /// Relative noise of the whole tensor that the distance to the class shows; `None` where the tolerance was given.
+    pub noise: Option<f64>,
     /// All eight classes, from most to least symmetric. Distances never grow from a class to one that contains it.
     pub fits: [ClassFit; 8],
 }
@@ -68,10 +67,21 @@ impl Stiffness {
     /// classes contained in it, each refined by Newton's method. An exactly symmetric tensor gets a distance of
     /// rounding, about 10⁻¹⁵.
     pub fn symmetry(&self, tolerance: f64) -> Symmetry {
+        self.symmetry_within(Some(tolerance))
+    }
+
+    /// As [`Stiffness::symmetry`], with the tolerance that the noise of the tensor suggests, which its own misfits show: the most
+    /// symmetric class of which the distance is at most half a percent, or what noise of up to 3 % of the norm leaves (noise of
+    /// 2 % of each component leaves that) while no class that contains it fits better than by chance. Exact tensors of a lower
+    /// class are told from noisy ones of a higher class down to a distance of about 1 %.
+    pub fn symmetry_by_noise(&self) -> Symmetry {
+        self.symmetry_within(None)
+    }
+
+    fn symmetry_within(&self, tolerance: Option<f64>) -> Symmetry {
         let fits = fits(self);
-        let within = fits.iter().filter(|f| f.distance <= tolerance);
-        let best = within.min_by(|a, b| a.constants.cmp(&b.constants).then(a.distance.total_cmp(&b.distance)));
-        Symmetry { class: best.map_or(SymmetryClass::Triclinic, |f| f.class), tolerance, fits }
+        let named = named(&Noise::NORM, &fits.map(|fit| fit.distance), tolerance);
+        Symmetry { class: named.class, tolerance: named.tolerance, noise: named.noise, fits }
     }
 }
 
@@ -199,7 +209,7 @@ fn cycled(q: &Matrix3<f64>, k: usize) -> Matrix3<f64> {
 
 /// Axes of `class` in which every tensor of the class `smaller`, of given axes, belongs to it; none unless `smaller` is
 /// directly contained in `class`.
-fn inherited_axes(smaller: SymmetryClass, class: SymmetryClass, axes: &Matrix3<f64>) -> Vec<Matrix3<f64>> {
+pub(super) fn inherited_axes(smaller: SymmetryClass, class: SymmetryClass, axes: &Matrix3<f64>) -> Vec<Matrix3<f64>> {
     use SymmetryClass::{Cubic, Monoclinic, Orthotropic, Tetragonal, TransverselyIsotropic, Trigonal};
     match (smaller, class) {
         (Cubic, Tetragonal) | (Tetragonal, Orthotropic) => (0..3).map(|k| cycled(axes, k)).collect(),
@@ -239,14 +249,14 @@ fn nearest_to_identity(class: SymmetryClass, axes: &Matrix3<f64>) -> Matrix3<f64
 }
 
 /// An orthonormal basis of a class's invariant tensors in its own axes.
-struct Invariants {
+pub(super) struct Invariants {
     /// Of each basis tensor the components (row, column, value) that are not zero.
     basis: Vec<Vec<(usize, usize, f64)>>,
 }
 
 impl Invariants {
     /// The basis of a class, made once.
-    fn of(class: SymmetryClass) -> &'static Invariants {
+    pub(super) fn of(class: SymmetryClass) -> &'static Invariants {
         static ALL: OnceLock<Vec<Invariants>> = OnceLock::new();
         &ALL.get_or_init(|| SymmetryClass::ALL.map(Invariants::new).into())[class as usize]
     }
@@ -273,6 +283,16 @@ impl Invariants {
             (0..36).map(|n| (n / 6, n % 6, e[(n / 6, n % 6)])).filter(|c| c.2.abs() > 1e-12).collect()
         };
         Invariants { basis: basis.iter().map(sparse).collect() }
+    }
+
+    /// The basis tensors.
+    pub(super) fn tensors(&self) -> Vec<Matrix6<f64>> {
+        let dense = |e: &Vec<(usize, usize, f64)>| {
+            let mut m = Matrix6::zeros();
+            e.iter().for_each(|&(a, b, value)| m[(a, b)] = value);
+            m
+        };
+        self.basis.iter().map(dense).collect()
     }
 
     /// The orthogonal projection of a tensor on the class.
@@ -318,18 +338,19 @@ fn coordinate(e: &[(usize, usize, f64)], c: &Mandel) -> f64 {
     e.iter().map(|&(a, b, value)| value * c[a][b]).sum()
 }
 
-fn axes_as_rows<S: Serializer>(axes: &Matrix3<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+pub(super) fn axes_as_rows<S: Serializer>(axes: &Matrix3<f64>, serializer: S) -> Result<S::Ok, S::Error> {
     let rows: [[f64; 3]; 3] = std::array::from_fn(|k| std::array::from_fn(|i| axes[(i, k)]));
     rows.serialize(serializer)
 }
 
-fn voigt_as_rows<S: Serializer>(c: &Stiffness, serializer: S) -> Result<S::Ok, S::Error> {
+pub(super) fn voigt_as_rows<S: Serializer>(c: &Stiffness, serializer: S) -> Result<S::Ok, S::Error> {
     c.voigt_rows().serialize(serializer)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tensor::SYMMETRY_TOLERANCE;
 
     #[test]
     fn bases_have_the_class_dimension_and_project_as_the_group_does() {

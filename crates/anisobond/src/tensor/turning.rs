@@ -174,7 +174,7 @@ fn newton_step(here: &Local) -> Vector3<f64> {
 }
 
 /// The rotation nearest to a matrix that is one but for rounding (Gram-Schmidt).
-fn orthonormal(q: &Matrix3<f64>) -> Matrix3<f64> {
+pub(super) fn orthonormal(q: &Matrix3<f64>) -> Matrix3<f64> {
     let z = q.column(2).normalize();
     let x = (q.column(0) - z * z.dot(&q.column(0))).normalize();
     Matrix3::from_columns(&[x, z.cross(&x), z])

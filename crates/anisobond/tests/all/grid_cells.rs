@@ -12,7 +12,7 @@ use anisobond::experiment::element_test::{ElementTest, Rotations};
 use anisobond::experiment::{Correction, GridStudy, LatticePlan, LatticeStudy};
 use anisobond::lattice::{Influence, Neighbourhood, Shape};
 use anisobond::operator::{BondList, GridCell, Network};
-use anisobond::tensor::{Material, Stiffness};
+use anisobond::tensor::{Material, Metric, Stiffness};
 use common::{Random, crystals, jittered};
 use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
 
@@ -107,7 +107,7 @@ fn bodies() -> Vec<(String, Network)> {
     let target = Material::builtin("KIO3").unwrap().stiffness;
     let soft = Stiffness::isotropic(2e9, 3e9);
     for model in MODELS {
-        let plan = LatticePlan { model, correction: None };
+        let plan = LatticePlan { model, correction: None, metric: Metric::Norm };
         let packing = jittered(4, 9, 0.2);
         let study = LatticeStudy::planned(packing, &soft, &Vector3::z(), 1.6, &plan).unwrap();
         bodies.push((format!("packing {model:?}"), study.network()));

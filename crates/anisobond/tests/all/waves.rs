@@ -202,7 +202,7 @@ fn evidence_comes_with_every_model() {
     let grid = Neighbourhood::sphere(3.0, 0.01, Influence::Inverse).unwrap();
     let c = Material::builtin("KIO3").unwrap().stiffness;
     for settings in [
-        ModelSettings::Central(LowerBound::Value(0.0)),
+        ModelSettings::central(),
         ModelSettings::Micropolar(Promise::Sum),
         ModelSettings::Micropolar(Promise::FreeRotations),
         ModelSettings::Hybrid(None),
@@ -218,7 +218,7 @@ fn evidence_comes_with_every_model() {
     }
     let flat = Shape::Cuboid { semi_axes: [2.0, 2.0, 0.5] };
     let flat = Neighbourhood::new(flat, 2.0, 1.0, Influence::Constant).unwrap();
-    let central = ModelCalibrator::new(&flat, ModelSettings::Central(LowerBound::Value(0.0))).unwrap();
+    let central = ModelCalibrator::new(&flat, ModelSettings::central()).unwrap();
     assert!(!central.calibrate(&c).unwrap().stability().stable);
     assert!(ModelCalibrator::new(&flat, ModelSettings::Hybrid(None)).is_err());
 }

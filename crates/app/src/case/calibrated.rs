@@ -1,9 +1,9 @@
 //! The case file of a calibration: a bar of its grid and material, pulled.
 
 use crate::report::influence_name;
-use anisobond::calibration::Model;
+use anisobond::calibration::ModelCalibration;
 use anisobond::lattice::{Influence, Neighbourhood, Shape};
-use anisobond::tensor::Material;
+use anisobond::tensor::{Material, Metric};
 use anisobond::{Error, Result};
 use anisobond_formats::material::material_text;
 
@@ -17,9 +17,9 @@ const STRAIN: f64 = 1e-3;
 /// equilibrium, to be changed.
 ///
 /// # Errors
-/// What cases cannot express: a neighbourhood that is no sphere or is turned, micropolar bonds, an influence function of a
-/// file.
-pub fn calibrated_case(material: &Material, neighbourhood: &Neighbourhood, model: Model) -> Result<String> {
+/// What cases cannot express: a neighbourhood that is no sphere or is turned, micropolar bonds, a lower bound of central ones, an
+/// influence function of a file.
+pub fn calibrated_case(material: &Material, neighbourhood: &Neighbourhood, found: &ModelCalibration) -> Result<String> {
     let refused = |problem: &str, remedy: &str| Err(Error::input(problem, remedy));
     let Shape::Sphere { .. } = neighbourhood.shape() else {
         return refused("cases have spherical neighbourhoods", "choose the shape sphere");
@@ -27,10 +27,14 @@ pub fn calibrated_case(material: &Material, neighbourhood: &Neighbourhood, model
     if *neighbourhood.orientation() != nalgebra::Matrix3::identity() {
         return refused("the grid of a case is not turned", "turn the material instead: orientation in its file");
     }
-    let bonds = match model {
-        Model::Central => "central",
-        Model::Hybrid => "hybrid",
-        Model::Micropolar => {
+    let bonds = match found {
+        ModelCalibration::Central(bonds, _) if bonds.lower_bound > 0.0 => {
+            return refused("bonds of a case have no lower bound", "use the lower bound 0");
+        }
+        ModelCalibration::Central(bonds, _) if bonds.metric == Metric::Energy => "central\"\nmetric = \"energy",
+        ModelCalibration::Central(..) => "central",
+        ModelCalibration::Hybrid(_) => "hybrid",
+        ModelCalibration::Micropolar(..) => {
             return refused("cases on grids have central or hybrid bonds", "choose one of these, or a packing");
         }
     };

@@ -1,6 +1,7 @@
 //! Case files: a body, how it is loaded, what is measured, in TOML. docs/cases.md names every key.
 
 mod calibrated;
+mod doubts;
 mod loads;
 mod matter;
 mod model;
@@ -213,9 +214,10 @@ impl CaseFile {
         &self.description
     }
 
-    /// What a user should know of the file: keys that are for the other lattice that it states.
+    /// What a user should know of the file: keys that are for the other lattice that it states, and what is not plausible of
+    /// its materials and sizes.
     pub fn notes(&self) -> Vec<String> {
-        unused::note(&self.unused, self.lattice).into_iter().collect()
+        unused::note(&self.unused, self.lattice).into_iter().chain(doubts::doubts(self)).collect()
     }
 
     /// What the file says, with what `overrides` replaced, in the words and units of who wrote it; what its lattice does not

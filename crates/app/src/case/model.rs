@@ -5,6 +5,7 @@ use std::sync::Arc;
 use anisobond::bond_law::{BondLaw, Brittle, ElasticPlastic, LinearSoftening, TableSoftening};
 use anisobond::calibration::Model;
 use anisobond::operator::Kinematics;
+use anisobond::tensor::Metric;
 use anisobond_formats::pairs::read_pairs;
 
 use super::Result;
@@ -15,6 +16,7 @@ use super::shapes::Shapes;
 #[derive(Clone, Debug)]
 pub(super) struct ModelStatement {
     pub bonds: Model,
+    pub metric: Metric,
     pub kinematics: Kinematics,
     pub surface_calibration: bool,
     pub law: Arc<dyn BondLaw>,
@@ -25,21 +27,30 @@ pub(super) struct ModelStatement {
 pub(super) fn model(root: &Section, shapes: &Shapes) -> Result<ModelStatement> {
     let mut model = ModelStatement {
         bonds: Model::Central,
+        metric: Metric::Norm,
         kinematics: Kinematics::Linear,
         surface_calibration: true,
         law: Arc::new(Brittle),
         critical: None,
     };
     let Some(value) = root.get("model") else { return Ok(model) };
-    let table = value.section(&["bonds", "kinematics", "surface_calibration", "softening", "plastic"])?;
+    let table = value.section(&["bonds", "metric", "kinematics", "surface_calibration", "softening", "plastic"])?;
     if let Some(v) = table.get("bonds") {
         if v.text().is_ok_and(|text| text == "micropolar") {
             return Err(v.wrong(
-                "bonds with shear stiffness turn their ends, and nodes of a grid do not turn",
+                "micropolar bonds turn their ends, and nodes of a grid do not turn",
                 "use bonds = \"hybrid\", which reaches every stiffness, or a packing",
             ));
         }
         model.bonds = v.choice(&[("central", Model::Central), ("hybrid", Model::Hybrid)])?;
+    }
+    if let Some(v) = table.get("metric") {
+        model.metric = v.choice(&[("norm", Metric::Norm), ("energy", Metric::Energy)])?;
+        if model.bonds == Model::Hybrid {
+            return Err(
+                v.wrong("the hybrid model reaches every tensor", "leave metric out, or use bonds = \"central\"")
+            );
+        }
     }
     if let Some(v) = table.get("kinematics") {
         model.kinematics = v.choice(&[("linear", Kinematics::Linear), ("finite", Kinematics::Finite)])?;

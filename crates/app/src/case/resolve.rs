@@ -68,6 +68,7 @@ pub(super) fn problem(case: &CaseFile) -> Result<Problem> {
         name: case.name.clone(),
         neighbourhood: neighbourhood.clone(),
         model: case.model.bonds,
+        metric: case.model.metric,
         surface_calibration: case.model.surface_calibration,
         kinematics: case.model.kinematics,
         law: case.model.law.clone(),

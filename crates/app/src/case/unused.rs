@@ -5,7 +5,8 @@ use super::section::{Section, Value};
 use super::{LatticeKind, Result};
 
 /// Keys of grids, and why packings do not take them.
-const OF_GRIDS: [(&str, &str); 3] = [
+const OF_GRIDS: [(&str, &str); 4] = [
+    ("model.metric", "bonds of a packing are calibrated by the norm"),
     ("model.bonds", "packing.bonds says which bonds a packing has"),
     ("model.surface_calibration", "surfaces of packings are not calibrated"),
     ("fracture", "bonds of a packing do not break by a fracture energy but by [strength]"),
@@ -44,7 +45,7 @@ pub(super) fn unused(root: &Section, lattice: LatticeKind, both: bool) -> Result
     }
     if lattice == LatticeKind::Packing {
         for region in root.tables("region")? {
-            found.extend(region.table(&["fracture"])?.get("fracture").map(|value| (value, OF_GRIDS[2].1)));
+            found.extend(region.table(&["fracture"])?.get("fracture").map(|value| (value, OF_GRIDS[3].1)));
         }
     }
     found.extend(of_breaking(root, lattice, both)?);
@@ -84,13 +85,13 @@ fn of_breaking<'n>(root: &Section<'n>, lattice: LatticeKind, both: bool) -> Resu
             LatticeKind::Grid => Ok(Vec::new()),
         };
     }
-    if lattice == LatticeKind::Packing && breaks(root, lattice)? && at(root, "strength.tension")?.is_none() {
-        if let Some(value) = at(root, "model.plastic")? {
-            return Err(value.wrong(
-                "bonds yield at their tensile strength, and there is none",
-                "add tension = \"5 MPa\" to [strength], or leave plastic out",
-            ));
-        }
+    let no_tension =
+        lattice == LatticeKind::Packing && breaks(root, lattice)? && at(root, "strength.tension")?.is_none();
+    if let Some(value) = at(root, "model.plastic")?.filter(|_| no_tension) {
+        return Err(value.wrong(
+            "bonds yield at their tensile strength, and there is none",
+            "add tension = \"5 MPa\" to [strength], or leave plastic out",
+        ));
     }
     if breaks(root, lattice)? {
         return Ok(Vec::new());

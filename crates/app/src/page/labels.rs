@@ -91,7 +91,8 @@ const LABELS: &[(&str, &str, Unit)] = &[
     ("cauchy_gap", "Cauchy gap", Percent),
     ("nodal_share", "nodal share ‖Z‖/‖C‖", Percent),
     ("outcome", "outcome", Number),
-    ("feasible", "feasible", Number),
+    ("reaches_model_limit", "reaches what the model can at the most", Number),
+    ("metric", "closest by", Number),
     ("infeasibility.cause", "cause", Number),
     // Among the warnings.
     ("infeasibility.explanation", "", Hidden),

@@ -8,10 +8,13 @@ mod charts;
 mod facts;
 mod labels;
 mod numbers;
+mod rank;
 mod scene;
 mod sweeps;
 mod table;
 mod tensors;
+
+pub use self::rank::rank_page;
 
 use std::path::Path;
 

@@ -55,7 +55,7 @@ function request() {
   const form = tensorForm(), model = at("model").value, shape = at("shape").value, flags = { model, shape };
   const take = (flag, id) => { const text = at(id).value.trim(); if (text) flags[flag] = text; };
   for (const flag of ["horizon", "spacing", "influence"]) take(flag, flag);
-  if (model === "central") take("lower-bound", "lower-bound");
+  if (model === "central") { take("lower-bound", "lower-bound"); take("metric", "metric"); }
   if (model === "hybrid") take("form", "form-of-hybrid");
   if (model === "micropolar") take("promise", "promise");
   if (shape === "cuboid" || shape === "ellipsoid") take("semi-axes", "semi-axes");

@@ -86,7 +86,7 @@ pub(super) fn warnings(report: &Value, tensors: &[Tensor]) -> Vec<String> {
     for region in report["regions"].as_array().into_iter().flatten().filter(|r| r["stable"] == false) {
         out.push(format!("Region {} is not stable.", region["name"].as_str().unwrap_or_default()));
     }
-    if report["feasible"] == false && report["outcome"] != "not-converged" {
+    if report["reaches_model_limit"] == false && report["outcome"] != "not-converged" {
         let why = report["infeasibility"]["explanation"].as_str().map_or(String::new(), |why| format!(": {why}"));
         out.push(format!("The target is out of reach{why}"));
     }
@@ -123,7 +123,7 @@ mod tests {
     #[test]
     fn singular_unstable_and_infeasible_are_said() {
         let report = json!({ "target": diagonal(1e9), "reached": diagonal(0.0), "stable": false, "smallest_eigenvalue": -2e6,
-            "feasible": false, "infeasibility": { "explanation": "because" }, "warnings": ["own"] });
+            "reaches_model_limit": false, "infeasibility": { "explanation": "because" }, "warnings": ["own"] });
         let tensors = tensors(&report);
         assert_eq!(tensors.iter().map(|t| t.positive).collect::<Vec<_>>(), [true, false]);
         let all = warnings(&report, &tensors);
@@ -132,7 +132,8 @@ mod tests {
         {
             assert!(warning.contains(words), "{warning}");
         }
-        let fine = json!({ "target": diagonal(1e9), "reached": diagonal(1e9), "stable": true, "feasible": true });
+        let fine =
+            json!({ "target": diagonal(1e9), "reached": diagonal(1e9), "stable": true, "reaches_model_limit": true });
         assert!(warnings(&fine, &super::tensors(&fine)).is_empty());
     }
 

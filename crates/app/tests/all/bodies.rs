@@ -2,7 +2,7 @@
 
 use crate::common::grid_forces;
 
-use anisobond::calibration::{LowerBound, ModelCalibrator, ModelSettings};
+use anisobond::calibration::{ModelCalibrator, ModelSettings};
 use anisobond::experiment::{Condition, History, Problem, Schedule, Simulation};
 use anisobond::lattice::{Body, Grid, Influence, Neighbourhood};
 use anisobond::operator::grid::{GridBonds, Stencil};
@@ -24,7 +24,7 @@ fn homogeneous_deformation_has_exact_stress_and_no_force() {
     let neighbourhood = Neighbourhood::sphere(3.0, spacing, Influence::Inverse).unwrap();
     for name in ["KIO3", "CoTeO4", "Te2W", "Pyroceram"] {
         let c = Material::builtin(name).unwrap().stiffness;
-        for settings in [ModelSettings::Central(LowerBound::Value(0.0)), ModelSettings::Hybrid(None)] {
+        for settings in [ModelSettings::central(), ModelSettings::Hybrid(None)] {
             let material = ModelCalibrator::new(&neighbourhood, settings).unwrap().calibrate(&c).unwrap();
             let mut stencil = Stencil::new(&neighbourhood, material.normal());
             stencil.nodal = material.nodal().copied();

@@ -13,6 +13,7 @@ mod cases;
 mod cavity;
 mod checked;
 mod cracks;
+mod doubts;
 mod fields;
 mod hybrid;
 mod interfaces;

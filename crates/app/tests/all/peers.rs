@@ -31,7 +31,7 @@ fn moduli_agree_with_the_peers() {
             assert!((c.voigt()[(a, b)] - theirs).abs() < 1.0, "{name}: the peers were given another tensor");
         }
         let material = Material { density: Some(density), ..Material::builtin(name).unwrap() };
-        let ours = TensorReport::new(&material, SYMMETRY_TOLERANCE).unwrap();
+        let ours = TensorReport::new(&material, Some(SYMMETRY_TOLERANCE)).unwrap();
         let (m, d, w) = (&ours.moduli, &ours.directional, &ours.waves.as_ref().unwrap().extremes);
         let k = &ours.engineering;
         let exact: [(&str, f64); 11] = [

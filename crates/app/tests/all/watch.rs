@@ -11,7 +11,7 @@ use anisobond::experiment::{Correction, CorrectionChoice, GridStudy, LatticePlan
 use anisobond::lattice::Lattice;
 use anisobond::operator::{BondList, Network};
 use anisobond::solver::{BlockJacobi, Ending, Stopping, Watch, solve_bonds};
-use anisobond::tensor::Stiffness;
+use anisobond::tensor::{Metric, Stiffness};
 use anisobond::{Error, Result};
 use anisobond_app::element_sweep::{ElementSweep, store_in};
 use anisobond_app::sweep::{Job, JobLog, Options, ParameterTable, Store, run_sweep};
@@ -76,7 +76,8 @@ fn a_watch_that_stops_ends_tests_and_corrections() {
         let study = |watch: &Arc<Watch>, tolerance: f64| {
             let test = ElementTest { watch: watch.clone(), ..discontent(40) };
             let correction = Correction { test, tolerance, ..Correction::default() };
-            let plan = LatticePlan { model: Model::Micropolar, correction: Some((choice, correction)) };
+            let plan =
+                LatticePlan { model: Model::Micropolar, correction: Some((choice, correction)), metric: Metric::Norm };
             LatticeStudy::planned(lattice().packing, &rock(), &Vector3::z(), 1.6, &plan)
         };
         // A first test that is near enough has no correction after it.

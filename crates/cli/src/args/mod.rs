@@ -30,6 +30,7 @@ pub enum Command {
     Tensor(Tensor),
     Calibrate(Calibrate),
     Advise(Advise),
+    Rank(Rank),
     Pack(Pack),
     Lattice(Lattice),
     ElementTest(ElementTest),

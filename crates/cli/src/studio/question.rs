@@ -18,11 +18,12 @@ use crate::text::in_shell;
 const MOST_BONDS: f64 = 150_000.0;
 
 /// Flags that the form may set, with the values that need not be said.
-const FLAGS: [(&str, &str); 9] = [
+const FLAGS: [(&str, &str); 10] = [
     ("model", "central"),
     ("form", ""),
     ("promise", "sum"),
     ("lower-bound", "0"),
+    ("metric", "norm"),
     ("shape", "sphere"),
     ("semi-axes", ""),
     ("horizon", ""),
@@ -99,7 +100,7 @@ impl Question {
         Ok(Answer {
             page: calibration_page_data(material, &done.report, &done.neighbourhood, &moduli, &self.command())?,
             material: material_text(material),
-            case: calibrated_case(material, &done.neighbourhood, done.result.model()),
+            case: calibrated_case(material, &done.neighbourhood, &done.result),
             command: self.command(),
             seconds,
             done,

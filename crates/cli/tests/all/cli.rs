@@ -5,7 +5,7 @@ use crate::common;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use common::{anisobond, folder, json, refused, stdout, table_rows, write};
+use common::{anisobond, ended, folder, json, refused, stdout, table_rows, write};
 use serde_json::Value;
 
 const ROCK: &str = r#"
@@ -27,7 +27,7 @@ fn calibrate_json_is_the_contract() {
     let r = json(&["calibrate", "CoTeO4", "--horizon", "6", "--json"]);
     assert_eq!(r["material"], "CoTeO4");
     assert_eq!(r["neighbourhood"]["bonds"], 924);
-    assert_eq!(r["feasible"], true);
+    assert_eq!(r["reaches_model_limit"], true);
     assert!(r["infeasibility"].is_null());
     for key in ["target", "reached"] {
         let rows = r[key].as_array().unwrap();
@@ -50,7 +50,7 @@ fn infeasible_calibrations_carry_a_certificate_that_holds() {
     let dir = folder();
     let out = dir.path().join("out");
     let r = json(&["calibrate", "CoTeO4", "--horizon", "3", "--json", "-o", out.to_str().unwrap()]);
-    assert_eq!(r["feasible"], false);
+    assert_eq!(r["reaches_model_limit"], false);
     assert!((r["relative_error"].as_f64().unwrap() - 0.0558526).abs() < 5e-8);
     assert_eq!(r["infeasibility"]["cause"], "cone");
     let y: Vec<f64> =
@@ -147,7 +147,7 @@ fn a_folder_of_results() {
 fn tables_keep_their_order_and_their_failures() {
     let dir = folder();
     let table = table_rows(&dir);
-    let lines = stdout(&["calibrate", &table, "--horizon", "3", "--jsonl"]);
+    let lines = ended(&["calibrate", &table, "--horizon", "3", "--jsonl"], 5);
     let rows: Vec<Value> = lines.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
     assert_eq!(rows.len(), 12);
     for (i, row) in rows.iter().enumerate() {
@@ -158,14 +158,14 @@ fn tables_keep_their_order_and_their_failures() {
                 assert!(row["error"].as_str().unwrap().contains("not positive definite"));
                 assert_eq!(row["kind"], "input");
             }
-            _ => assert!(row["relative_error"].as_f64().unwrap() < 0.1 && row["feasible"] == true),
+            _ => assert!(row["relative_error"].as_f64().unwrap() < 0.1 && row["reaches_model_limit"] == true),
         }
     }
-    assert_eq!(json(&["calibrate", &table, "--json"])["rows"].as_array().unwrap().len(), 12);
+    let all: Value = serde_json::from_str(&ended(&["calibrate", &table, "--json"], 5)).unwrap();
+    assert_eq!(all["rows"].as_array().unwrap().len(), 12);
     let one = json(&["calibrate", &table, "--row", "x-5", "--json", "--horizon", "3"]);
     assert_eq!(one["relative_error"], rows[5]["relative_error"]);
     assert!(refused(&["calibrate", &table, "--row", "x-99"], 2).contains("no row x-99"));
-    assert!(refused(&["tensor", &table], 2).contains("--row"));
 }
 
 #[test]
@@ -173,7 +173,7 @@ fn a_table_goes_on_where_it_was_stopped() {
     let dir = folder();
     let table = table_rows(&dir);
     let out = dir.path().join("out");
-    let run = |name: &Path| stdout(&["calibrate", &table, "--horizon", "3", "-o", name.to_str().unwrap()]);
+    let run = |name: &Path| ended(&["calibrate", &table, "--horizon", "3", "-o", name.to_str().unwrap()], 5);
     run(&out);
     let csv = std::fs::read_to_string(out.join("calibrations.csv")).unwrap();
     assert_eq!(csv.lines().count(), 13);
@@ -200,7 +200,7 @@ fn a_table_is_known_by_content() {
     let out = dir.path().join("out");
     let run = |more: &[&str]| {
         let output = anisobond(&[&["calibrate", &table, "-o", out.to_str().unwrap(), "--horizon"], more].concat());
-        assert!(output.status.success());
+        assert_eq!(output.status.code(), Some(5));
         String::from_utf8(output.stderr).unwrap()
     };
     assert!(!run(&["3"]).contains("note:"));
@@ -233,7 +233,7 @@ fn names_are_no_formulas() {
         &std::fs::read_to_string(table_rows(&dir)).unwrap().replace("x-1,A1B", "=1+1,\"@A1B,=2\""),
     );
     let out = dir.path().join("out");
-    stdout(&["calibrate", &table, "--horizon", "3", "-o", out.to_str().unwrap(), "--report"]);
+    ended(&["calibrate", &table, "--horizon", "3", "-o", out.to_str().unwrap(), "--report"], 5);
     let csv = std::fs::read_to_string(out.join("calibrations.csv")).unwrap();
     assert!(csv.contains("\n'=1+1,3,\"'@A1B,=2\","), "{csv}");
     // Our own page reads the names as they are.
@@ -385,7 +385,8 @@ fn neighbourhood_flags() {
         args.extend(axes.iter().flat_map(|a| ["--semi-axes", a]));
         assert_eq!(number(&args, "/neighbourhood/bonds"), bonds);
     }
-    let turned = number(&["KIO3", "--shape", "cube", "--horizon", "3", "--rotate", "xyz:30,30,30"], "/relative_error");
+    let turned =
+        number(&["KIO3", "--shape", "cube", "--horizon", "3", "--rotate", "prakash:30,30,30"], "/relative_error");
     assert!((turned - 0.0318727629).abs() < 5e-11);
     let bound = number(&["Pyroceram", "--influence", "constant", "--lower-bound", "max"], "/lower_bound");
     assert!((bound / 0.2386973489e9 - 1.0).abs() < 1e-9);
@@ -413,7 +414,9 @@ fn the_readme_commands_run() {
     for line in examples.lines().filter(|line| line.starts_with("anisobond ")) {
         let path = format!("{}:{}", programs.display(), std::env::var("PATH").unwrap());
         let output = Command::new("sh").args(["-ec", line]).current_dir(dir.path()).env("PATH", path).output().unwrap();
-        assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+        // Two rows of the table are wrong.
+        let expected = if line.contains("calibrate crystals.csv") { 5 } else { 0 };
+        assert_eq!(output.status.code(), Some(expected), "{line}: {}", String::from_utf8_lossy(&output.stderr));
         if line.contains("--require-exact") {
             assert!(String::from_utf8(output.stdout).unwrap().ends_with("3\n"));
         }
@@ -519,7 +522,7 @@ fn sweeps_go_on_split_and_merge() {
         "packing,material,contact_radius\npacking.txt,rock.toml,1.3\n=,=,1.5\n=,=,0.5\n=,=,1.7\n",
     );
     let path = |name: &str| dir.path().join(name).to_str().unwrap().to_string();
-    let r = json(&["sweep", &table, "-o", &path("whole"), "--json"]);
+    let r: Value = serde_json::from_str(&ended(&["sweep", &table, "-o", &path("whole"), "--json"], 5)).unwrap();
     assert_eq!((&r["jobs"], &r["done"], &r["failed"]), (&4.into(), &3.into(), &1.into()));
     assert!(r["results"][2]["error"].as_str().unwrap().contains("no bonds"));
     for name in ["results.sqlite", "results.csv", "stiffness.svg", "stiffness.png", "stiffness.csv"] {
@@ -527,13 +530,13 @@ fn sweeps_go_on_split_and_merge() {
     }
     assert_eq!(std::fs::read_dir(dir.path().join("whole/logs")).unwrap().count(), 4);
     for shard in ["0/2", "1/2"] {
-        stdout(&["sweep", &table, "-o", &path("parts"), "--shard", shard]);
+        ended(&["sweep", &table, "-o", &path("parts"), "--shard", shard], if shard == "0/2" { 5 } else { 0 });
     }
-    stdout(&["sweep", &table, "-o", &path("parts"), "--merge", "2"]);
+    ended(&["sweep", &table, "-o", &path("parts"), "--merge", "2"], 5);
     let csv = |folder: &str| std::fs::read_to_string(dir.path().join(folder).join("results.csv")).unwrap();
     assert_eq!(csv("whole"), csv("parts"));
     // Nothing is computed again: the journal of attempts in the store stays as it is.
-    stdout(&["sweep", &table, "-o", &path("whole")]);
+    ended(&["sweep", &table, "-o", &path("whole")], 5);
     assert_eq!(csv("whole"), csv("parts"));
     assert!(stdout(&["sweep", &table, "-o", &path("x"), "--slurm", "3"]).contains("#SBATCH --array=0-2"));
 }

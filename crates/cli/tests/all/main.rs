@@ -10,6 +10,7 @@ mod export;
 mod faults;
 mod models;
 mod packings;
+mod rank;
 mod report;
 mod runs;
 mod studio;

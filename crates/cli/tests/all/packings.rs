@@ -299,7 +299,7 @@ fn keys_that_do_nothing_are_refused_or_named() {
     let case = write(&dir, "torn.toml", &torn_packing("5 us"));
     for (set, parts) in [
         ("model.bonds=hybrid", ["model.bonds", "packing.bonds says"]),
-        ("model.softening={ linear = 2 }", ["model.softening", "break at once"]),
+        ("model.plastic={ yield_stretch = 0.01, breaking_stretch = 0.1 }", ["model.plastic", "tensile strength says"]),
         ("model.surface_calibration=false", ["model.surface_calibration", "not calibrated"]),
         ("fracture={ energy = '3 J/m2' }", ["fracture", "[strength]"]),
         ("motion.force_step=true", ["motion.force_step", "no step is given"]),

@@ -3,7 +3,7 @@
 
 use crate::common;
 
-use common::{folder, refused, stdout, write};
+use common::{ended, folder, refused, stdout, write};
 use serde_json::Value;
 
 const ROCK: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../cases/materials/rock.toml");
@@ -126,7 +126,7 @@ fn a_page_is_written_beside_the_results_of_every_command() {
     stdout(&["element-test", &path("p.csv"), ROCK, "--contact-radius", "1.5", "-o", &path("e"), "--report"]);
     stdout(&["element-test", "Si", "--grid", "5", "--horizon", "2", "-o", &path("g"), "--report"]);
     let rows = common::table_rows(&folder);
-    stdout(&["calibrate", &rows, "--horizon", "2", "-o", &path("t"), "--report"]);
+    ended(&["calibrate", &rows, "--horizon", "2", "-o", &path("t"), "--report"], 5);
     let table = format!(
         "[parameters]\ncontact_radius = [1.4, 1.5]\n[fixed]\npacking = {:?}\nmaterial = {ROCK:?}\n",
         path("p.csv")

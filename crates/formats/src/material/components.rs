@@ -5,6 +5,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Rotation3, SMatrix, Vector3};
 
+use super::digits::half_digit;
 use super::{StressUnit, Units};
 use crate::tree::{Entry, Node, place};
 use crate::words::{enumeration, number};
@@ -57,23 +58,27 @@ struct Given<'n> {
     component: Component,
     /// Pa.
     value: f64,
+    /// Half a unit of its last digit (Pa).
+    half: f64,
     entry: &'n Entry,
 }
 
-/// The stiffness (Pa) of the components of a table; `first` is the entry of one of them.
+/// The stiffness (Pa) of the components of a table, and what of them is not the class's to the last digit; `first` is the entry
+/// of one of them. Where digits allow it, components that contradict the class are made the class's: the closest tensor of it.
 pub(super) fn stiffness_of(
     table: &Node,
     first: &Entry,
     units: &Units,
     class: Option<SymmetryClass>,
-) -> Result<Stiffness> {
+) -> Result<(Stiffness, Option<String>)> {
     let given = given(table, units)?;
     let unit = units.shown();
-    let voigt = match class {
+    let (voigt, off) = match class {
         Some(class) => complete(&Setting::of_components(class, &given), &given, &unit, first)?,
-        None => at_least_orthotropic(&given, first)?,
+        None => (at_least_orthotropic(&given, first)?, None),
     };
-    Stiffness::from_voigt(&voigt).map_err(|e| e.at(place(first.line, &first.key)))
+    let stiffness = Stiffness::from_voigt(&voigt).map_err(|e| e.at(place(first.line, &first.key)))?;
+    Ok((stiffness, off))
 }
 
 /// Every component of a table, each once: c12 and c21 must agree.
@@ -83,7 +88,10 @@ fn given<'n>(table: &'n Node, units: &Units) -> Result<Vec<Given<'n>>> {
         let Some(component) = component_of(&entry.key) else { continue };
         let value = units.stress(&entry.value, &entry.key)?;
         match given.iter().find(|g| g.component == component) {
-            None => given.push(Given { component, value, entry }),
+            None => {
+                let size = units.shown().size;
+                given.push(Given { component, value, half: size * half_digit(value / size), entry });
+            }
             Some(twin) if (twin.value - value).abs() <= CONTRADICTION * value.abs().max(twin.value.abs()) => {}
             Some(twin) => {
                 let (unit, key) = (units.shown(), &twin.entry.key);
@@ -145,11 +153,18 @@ impl Setting {
         Setting::chosen(class, count)
     }
 
-    /// The setting that a matrix's entries point to (larger than rounding).
+    /// The setting that a matrix's entries point to: of those larger than rounding, or where that is not the class's, the one that is
+    /// closest.
     pub fn of_matrix(class: SymmetryClass, stiffness: &Stiffness) -> Self {
         let voigt = stiffness.voigt();
-        let rounding = CONTRADICTION * voigt.amax();
-        Setting::chosen(class, |c| (c.iter().filter(|&&c| voigt[c].abs() > rounding).count(), 0))
+        let above = |share: f64| {
+            let least = share * voigt.amax();
+            Setting::chosen(class, |c| (c.iter().filter(|&&c| voigt[c].abs() > least).count(), 0))
+        };
+        let own = |setting: &Setting| stiffness.relative_error(&setting.project(stiffness));
+        let settings = [CONTRADICTION, 3e-3, 1e-2, 3e-2].map(above);
+        let closest = settings.into_iter().reduce(|best, next| if own(&next) < own(&best) { next } else { best });
+        closest.unwrap_or_else(|| above(CONTRADICTION))
     }
 
     /// `count`: how many components of a set have a value, and how many are named.
@@ -220,10 +235,15 @@ impl Setting {
     }
 }
 
-/// The 21 components of the class from those given.
-fn complete(setting: &Setting, given: &[Given], unit: &StressUnit, first: &Entry) -> Result<Matrix6<f64>> {
+/// The 21 components of the class from those given, and what was not the class's to the last digit.
+fn complete(
+    setting: &Setting,
+    given: &[Given],
+    unit: &StressUnit,
+    first: &Entry,
+) -> Result<(Matrix6<f64>, Option<String>)> {
     let rows = Rows(setting.projector());
-    let independent = independent(setting, &rows, given, unit)?;
+    let (independent, off) = independent(setting, &rows, given, unit)?;
     let basis: Vec<Component> = independent.iter().map(|g| g.component).collect();
     let mut voigt = Matrix6::zeros();
     for component in all() {
@@ -234,22 +254,41 @@ fn complete(setting: &Setting, given: &[Given], unit: &StressUnit, first: &Entry
         voigt[component] = value;
         voigt[(component.1, component.0)] = value;
     }
-    Ok(voigt)
+    let Some((g, implied)) = off else { return Ok((voigt, None)) };
+    // All that is given, then the closest tensor of the class: the mean of what should be equal.
+    for Given { component: (a, b), value, .. } in given {
+        voigt[(*a, *b)] = *value;
+        voigt[(*b, *a)] = *value;
+    }
+    let voigt = setting.project(&Stiffness::from_voigt(&voigt)?).voigt();
+    let words = format!(
+        "made {} within the digits given ({} = {}, where the others say {})",
+        setting.class.name(),
+        g.entry.key,
+        unit.show(g.value),
+        unit.show(implied)
+    );
+    Ok((voigt, Some(words)))
 }
 
-/// Given components of which none follows from the others; refuses one that contradicts those before it. The class's own
+/// A component, and what it should be by the others (Pa).
+type Off<'g, 'n> = (&'g Given<'n>, f64);
+
+/// Given components of which none follows from the others, and the one that is furthest from what follows, if that is not
+/// rounding; refuses one that contradicts those before it by more than the digits of all of them. The class's own
 /// constants come first, so that a contradiction reads as in a textbook: c66 against (c11 − c12)/2.
 fn independent<'g, 'n>(
     setting: &Setting,
     rows: &Rows,
     given: &'g [Given<'n>],
     unit: &StressUnit,
-) -> Result<Vec<&'g Given<'n>>> {
+) -> Result<(Vec<&'g Given<'n>>, Option<Off<'g, 'n>>)> {
     let rank = |g: &&Given| setting.constants.iter().position(|c| *c == g.component).unwrap_or(21);
     let mut ordered: Vec<&Given> = given.iter().collect();
     ordered.sort_by_key(|g| (rank(g), index(g.component)));
     let tolerance = rounding(given);
     let mut independent: Vec<&Given> = Vec::new();
+    let mut off: Option<Off> = None;
     for g in ordered {
         let basis: Vec<Component> = independent.iter().map(|g| g.component).collect();
         let Some(factors) = rows.express(g.component, &basis) else {
@@ -258,11 +297,18 @@ fn independent<'g, 'n>(
         };
         let implied = combine(&factors, &independent);
         let difference = (g.value - implied).abs();
-        if difference > tolerance || !difference.is_finite() {
+        let digits: f64 = factors.iter().zip(&independent).map(|(factor, i)| factor.abs() * i.half).sum();
+        let digits = if factors.iter().all(|factor| *factor == 0.0) { 0.0 } else { digits + g.half };
+        // Two numbers that differ by a whole digit are not one.
+        if (difference > tolerance && difference >= digits * (1.0 - 1e-9)) || !difference.is_finite() {
             return Err(contradiction(setting, g, &formula(&factors, &basis), implied, unit));
         }
+        let further = off.is_none_or(|(other, implied)| (other.value - implied).abs() < difference);
+        if difference > tolerance && further {
+            off = Some((g, implied));
+        }
     }
-    Ok(independent)
+    Ok((independent, off))
 }
 
 fn combine(factors: &[f64], given: &[&Given]) -> f64 {

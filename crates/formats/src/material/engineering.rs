@@ -7,8 +7,9 @@ use nalgebra::Matrix6;
 
 use super::Units;
 use super::components::CONTRADICTION;
+use super::digits::half_digit;
 use crate::tree::{Node, place};
-use crate::words::{enumeration, nearest, number, quoted};
+use crate::words::{enumeration, known_elsewhere, nearest_key, number, quoted};
 use anisobond::tensor::{Stiffness, SymmetryClass};
 use anisobond::{Error, Result};
 
@@ -59,7 +60,6 @@ impl Name {
 
     /// As documented: `nu_xy`.
     fn key(self) -> String {
-        let axis = |i: usize| ["x", "y", "z"][i];
         match self {
             Name::E => "e".into(),
             Name::Nu => "nu".into(),
@@ -92,11 +92,20 @@ struct Known {
     name: Name,
     /// Pa, or a ratio.
     value: f64,
+    /// How much of it its digits, or those of what it follows from, leave open (of the same unit).
+    half: f64,
     /// The key as written, or the formula it follows from.
     from: String,
     /// Whether it stands in the file.
     given: bool,
     line: usize,
+}
+
+impl Known {
+    /// Relative uncertainty of its digits.
+    fn open(&self) -> f64 {
+        if self.value == 0.0 { 0.0 } else { self.half / self.value.abs() }
+    }
 }
 
 /// The constants known so far.
@@ -106,20 +115,23 @@ struct Constants<'u> {
     class: SymmetryClass,
     /// Line of the table.
     line: usize,
+    /// What differs within its digits from what follows from the others, in words.
+    notes: Vec<String>,
 }
 
-/// The stiffness (Pa) of the table `[engineering]` and its class: the one named, or that of the keys.
+/// The stiffness (Pa) of the table `[engineering]`, its class, the one named or that of the keys, and what differs within its
+/// digits from what follows from the others.
 pub(super) fn stiffness_of(
     node: &Node,
     units: &Units,
     claimed: Option<SymmetryClass>,
-) -> Result<(Stiffness, SymmetryClass)> {
+) -> Result<(Stiffness, SymmetryClass, Vec<String>)> {
     let known = read(node, units)?;
     let class = match claimed {
         Some(class) => class,
         None => inferred(node, &known)?,
     };
-    let mut constants = Constants { known: Vec::new(), units, class, line: node.line };
+    let mut constants = Constants { known: Vec::new(), units, class, line: node.line, notes: Vec::new() };
     let stiffness = match class {
         SymmetryClass::Isotropic => isotropic(&mut constants, known)?,
         SymmetryClass::Cubic
@@ -134,7 +146,7 @@ pub(super) fn stiffness_of(
             ));
         }
     };
-    Ok((stiffness, class))
+    Ok((stiffness, class, constants.notes))
 }
 
 /// All keys of the table.
@@ -155,18 +167,25 @@ fn read(node: &Node, units: &Units) -> Result<Vec<Known>> {
         if modulus && value <= 0.0 {
             return Err(entry.value.wrong(&key, "the modulus is not positive", "give a positive one"));
         }
-        known.push(Known { name, value, from: entry.key.clone(), given: true, line: entry.line });
+        let size = if name.is_ratio() { 1.0 } else { units.shown().size };
+        let half = size * half_digit(value / size);
+        known.push(Known { name, value, half, from: entry.key.clone(), given: true, line: entry.line });
     }
     Ok(known)
 }
 
 fn unknown(key: &str, line: usize) -> Error {
-    let remedy = match nearest(key, KEYS) {
+    let remedy = match nearest_key(key, KEYS) {
         _ if super::KEYS.contains(&key) => format!("put {key} above [engineering]"),
         Some(name) => format!("did you mean {name}?"),
-        None => format!("use {}", KEYS.join(", ")),
+        None => known_elsewhere(key).unwrap_or_else(|| format!("use {}", KEYS.join(", "))),
     };
     Error::input(format!("unknown key {}", quoted(key)), remedy).at(place(line, "engineering"))
+}
+
+/// Whether a key is an engineering constant, or what others call one.
+pub(super) fn names(key: &str) -> bool {
+    Name::of(&key.to_lowercase()).is_some() || known_elsewhere(key).is_some_and(|own| own.contains(','))
 }
 
 /// The class that the keys belong to.
@@ -202,7 +221,8 @@ impl Constants<'_> {
             return Ok(());
         };
         let scale = if new.name.is_ratio() { 1.0 } else { new.value.abs().max(old.value.abs()) };
-        if (old.value - new.value).abs() <= CONTRADICTION * scale {
+        let off = (old.value - new.value).abs();
+        if off <= CONTRADICTION * scale {
             return Ok(());
         }
         // What stands in the file, and later in it, is named first.
@@ -211,6 +231,13 @@ impl Constants<'_> {
             true => format!("{} = {}", k.from, number(k.value)),
             false => format!("{} = {}", k.from, self.units.shown().show(k.value)),
         };
+        if off < (old.half + new.half) * (1.0 - 1e-9) {
+            let note = format!("{} stands for {} within their digits", show(old), show(&new));
+            if old.from != new.from && !self.notes.contains(&note) {
+                self.notes.push(note);
+            }
+            return Ok(());
+        }
         Err(Error::input(
             format!("{} contradicts {} of class {}", show(wrong), show(right), self.class.name()),
             "correct one of them, leave one out, or name a class with less symmetry",
@@ -218,10 +245,10 @@ impl Constants<'_> {
         .at(place(wrong.line.max(right.line), "engineering")))
     }
 
-    /// Adds a constant that follows from others by a formula.
-    fn imply(&mut self, name: Name, value: f64, formula: String) -> Result<()> {
+    /// Adds a constant that follows from others by a formula; `open` is the relative uncertainty of these.
+    fn imply(&mut self, name: Name, value: f64, open: f64, formula: String) -> Result<()> {
         let line = self.line;
-        self.add(Known { name, value, from: formula, given: false, line })
+        self.add(Known { name, value, half: open * value.abs(), from: formula, given: false, line })
     }
 
     fn missing(&self, names: &[String]) -> Error {
@@ -248,6 +275,7 @@ fn isotropic(constants: &mut Constants, known: Vec<Known>) -> Result<Stiffness> 
     };
     let extra = extra.to_vec();
     let from = format!("that of {} and {}", first.from, second.from);
+    let open = first.open() + second.open();
     let lame = lame((first.name, first.value), (second.name, second.value));
     let (lambda, g) = lame.filter(|(lambda, g)| lambda.is_finite() && g.is_finite()).ok_or_else(|| {
         Error::input(
@@ -258,7 +286,7 @@ fn isotropic(constants: &mut Constants, known: Vec<Known>) -> Result<Stiffness> 
     })?;
     for extra in extra {
         constants.known.retain(|k| k.name != extra.name);
-        constants.imply(extra.name, of_lame(extra.name, lambda, g), from.clone())?;
+        constants.imply(extra.name, of_lame(extra.name, lambda, g), open, from.clone())?;
         constants.add(extra)?;
     }
     Ok(Stiffness::isotropic(lambda, g))
@@ -368,7 +396,8 @@ fn reciprocity(constants: &mut Constants) -> Result<()> {
         if let (Some(nu), Some(ei), Some(ej)) = all {
             let formula = format!("{} {}/{}", nu.from, ej.from, ei.from);
             let value = nu.value * ej.value / ei.value;
-            constants.imply(Name::Poisson(j, i), value, formula)?;
+            let open = nu.open() + ej.open() + ei.open();
+            constants.imply(Name::Poisson(j, i), value, open, formula)?;
         }
     }
     Ok(())
@@ -377,14 +406,15 @@ fn reciprocity(constants: &mut Constants) -> Result<()> {
 /// G_xy = E_x/(2(1 + ν_xy)): two of the three give the third.
 fn plane_of_isotropy(constants: &mut Constants) -> Result<()> {
     let (e, g, nu) = (Name::Young(0), Name::Shear(2), Name::Poisson(0, 1));
+    let open: f64 = [e, g, nu].into_iter().filter_map(|name| Some(constants.get(name)?.open())).sum();
     match (constants.value(e), constants.value(g), constants.value(nu)) {
-        (Some(e), _, Some(nu)) => constants.imply(g, e / (2.0 * (1.0 + nu)), "ex/(2(1 + nu_xy))".into())?,
+        (Some(e), _, Some(nu)) => constants.imply(g, e / (2.0 * (1.0 + nu)), open, "ex/(2(1 + nu_xy))".into())?,
         (Some(e), Some(g), None) => {
-            constants.imply(nu, e / (2.0 * g) - 1.0, "ex/(2 gxy) − 1".into())?;
+            constants.imply(nu, e / (2.0 * g) - 1.0, open, "ex/(2 gxy) − 1".into())?;
             spread(constants, &[nu, Name::Poisson(1, 0)])?;
         }
         (None, Some(g), Some(nu)) => {
-            constants.imply(e, 2.0 * g * (1.0 + nu), "2 gxy (1 + nu_xy)".into())?;
+            constants.imply(e, 2.0 * g * (1.0 + nu), open, "2 gxy (1 + nu_xy)".into())?;
             spread(constants, &[e, Name::Young(1)])?;
         }
         _ => {}
@@ -423,5 +453,35 @@ fn compliance(constants: &Constants) -> Result<Stiffness> {
         }
         return Err(constants.missing(&missing));
     }
+    within_bounds(constants)?;
     Stiffness::from_compliance_voigt(&s).map_err(|e| e.at(place(constants.line, "engineering")))
+}
+
+/// Refuses a ratio beyond its bound, |ν_ij| < √(E_i/E_j), with the key that is likely meant: that of the other pair.
+fn within_bounds(constants: &Constants) -> Result<()> {
+    let given = constants.known.iter().filter(|k| k.given);
+    for k in given {
+        let Name::Poisson(i, j) = k.name else { continue };
+        let (Some(ei), Some(ej)) = (constants.value(Name::Young(i)), constants.value(Name::Young(j))) else { continue };
+        let bound = (ei / ej).sqrt();
+        if k.value.abs() < bound {
+            continue;
+        }
+        let [ex, ey] = [i, j].map(|axis| Name::Young(axis).key());
+        let (own, other) = (Name::Poisson(i, j).key(), Name::Poisson(j, i).key());
+        let remedy = match k.value.abs() < 1.0 / bound {
+            true => {
+                format!("if it is the strain along {} under tension along {}, its key is {other}", axis(i), axis(j))
+            }
+            false => format!("check {own}, {ex} and {ey}"),
+        };
+        let problem = format!("{} = {} must be below √({ex}/{ey}) = {}", k.from, number(k.value), number(bound));
+        return Err(Error::input(problem, remedy).at(place(k.line, "engineering")));
+    }
+    Ok(())
+}
+
+/// x, y or z.
+fn axis(i: usize) -> &'static str {
+    ["x", "y", "z"][i]
 }

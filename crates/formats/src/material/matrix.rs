@@ -181,7 +181,8 @@ impl Given<'_> {
                 let problem = "order says nothing of all 3×3×3×3 components, whose indices are their order";
                 return Err(node.wrong(key, problem, "remove it"));
             }
-            return of_full(node, &all, key, value).map(|m| m.map_with_location(|a, b, c| c * weight(a) * weight(b)));
+            return of_full(node, &all, key, self.scatter, value)
+                .map(|m| m.map_with_location(|a, b, c| c * weight(a) * weight(b)));
         }
         let entries = numbered(node, key, order)?;
         let mut matrix = Matrix6::zeros();
@@ -212,8 +213,14 @@ pub(super) fn full(node: &Node) -> Option<Vec<&Node>> {
     all.iter().all(|node| node.list().is_none()).then_some(all)
 }
 
-/// The matrix of all 81 components, whose symmetries are checked.
-fn of_full(node: &Node, all: &[&Node], key: &str, value: impl Fn(&Node, &str) -> Result<f64>) -> Result<Matrix6<f64>> {
+/// The matrix of all 81 components, whose symmetries are checked: the mean of those that should be equal within the scatter.
+fn of_full(
+    node: &Node,
+    all: &[&Node],
+    key: &str,
+    scatter: f64,
+    value: impl Fn(&Node, &str) -> Result<f64>,
+) -> Result<Matrix6<f64>> {
     let index = |n: usize| [n / 27, n / 9 % 3, n / 3 % 3, n % 3];
     let name = |[i, j, k, l]: [usize; 4]| format!("{key} component {}{}{}{}", i + 1, j + 1, k + 1, l + 1);
     let numbers: Vec<f64> =
@@ -222,7 +229,7 @@ fn of_full(node: &Node, all: &[&Node], key: &str, value: impl Fn(&Node, &str) ->
     let c = |[i, j, k, l]: [usize; 4]| numbers[27 * i + 9 * j + 3 * k + l];
     for at @ [i, j, k, l] in (0..81).map(index) {
         if let Some(other) =
-            [[j, i, k, l], [i, j, l, k]].into_iter().find(|&o| (c(at) - c(o)).abs() > ROUNDING * largest)
+            [[j, i, k, l], [i, j, l, k]].into_iter().find(|&o| (c(at) - c(o)).abs() > scatter.max(ROUNDING) * largest)
         {
             let problem = format!("{} is not {}", name(at), name(other).rsplit(' ').next().unwrap_or(""));
             return Err(node.wrong(key, problem, "give a tensor with C_ijkl = C_jikl = C_ijlk"));
@@ -230,7 +237,8 @@ fn of_full(node: &Node, all: &[&Node], key: &str, value: impl Fn(&Node, &str) ->
     }
     Ok(Matrix6::from_fn(|a, b| {
         let ((i, j), (k, l)) = (PAIRS[a], PAIRS[b]);
-        c([i, j, k, l])
+        let equal = [[i, j, k, l], [j, i, k, l], [i, j, l, k], [j, i, l, k]];
+        equal.map(c).iter().sum::<f64>() / 4.0
     }))
 }
 

@@ -17,6 +17,7 @@
 //! one of these forms. See [`parse_material`].
 
 pub(super) mod components;
+mod digits;
 pub(super) mod engineering;
 pub mod record;
 pub(super) mod matrix;
@@ -71,6 +72,8 @@ pub struct Reading {
     /// Format, what was taken from it, unit and order, in words: "VASP OUTCAR, TOTAL ELASTIC MODULI, kbar, order XX YY ZZ XY YZ
     /// ZX".
     pub read_as: String,
+    /// What was made of numbers that are not what they should be to the last digit: "made symmetric …"; empty where nothing was.
+    pub notes: Vec<String>,
 }
 
 /// Reads a material file: TOML, JSON, or another program's text. See [`parse_reading`].
@@ -170,7 +173,7 @@ fn of_json(text: &str, place: &str, unit: Option<&StressUnit>) -> Result<Reading
     if record::is_record(&root) {
         return record::reading_of_record(&root, unit).map_err(|e| e.at(place));
     }
-    let habits = Habits { asked: unit.cloned(), ..Habits::default() };
+    let habits = Habits { asked: unit.cloned(), scatter: record::SCATTER, ..Habits::default() };
     reading_of(&root, &habits, "material file").map_err(|e| e.at(place))
 }
 
@@ -199,7 +202,7 @@ fn of_text(text: &str, place: &str, unit: Option<&StressUnit>) -> Result<Reading
             format!("give a material file, a table, or {}", foreign::names()),
         )
     })?;
-    let habits = Habits { asked: unit.cloned(), ..Habits::default() };
+    let habits = Habits { asked: unit.cloned(), scatter: record::SCATTER, ..Habits::default() };
     reading_of(&root, &habits, "material file").map_err(|e| e.at(place))
 }
 
@@ -393,7 +396,7 @@ pub(super) fn reading_in_form(table: &Node, form: &Form, habits: &Habits, what: 
     let units = units_of(table, form, habits)?;
     let claimed = claimed_class(table)?;
     refuse_useless_order(table, form)?;
-    let Own { stiffness: own, class, words } = own_stiffness(table, form, &units, claimed, habits.scatter)?;
+    let Own { stiffness: own, class, words, notes } = own_stiffness(table, form, &units, claimed, habits.scatter)?;
     let stiffness = orientation(table, class)?.map_or(own, |q| own.rotated(&q));
     let at = form.entry();
     stiffness.require_positive_definite().map_err(|e| e.at(place(at.line, &at.key)))?;
@@ -405,7 +408,8 @@ pub(super) fn reading_in_form(table: &Node, form: &Form, habits: &Habits, what: 
     };
     let turned = ["axis", "orientation"].iter().find_map(|key| table.get(key));
     let turned = turned.map_or(String::new(), |entry| format!(", turned by {}", entry.key));
-    Ok(Reading { material, read_as: format!("{what}, {words}{turned}") })
+    let adjusted: String = notes.iter().map(|note| format!(", {note}")).collect();
+    Ok(Reading { material, read_as: format!("{what}, {words}{adjusted}{turned}"), notes })
 }
 
 fn known_key(entry: &Entry) -> Result<()> {
@@ -415,11 +419,26 @@ fn known_key(entry: &Entry) -> Result<()> {
     let mut all = KEYS.to_vec();
     let names = components::names();
     all.extend(names.iter().map(String::as_str));
-    let remedy = match crate::words::nearest(&entry.key, all.iter().copied()) {
+    let remedy = match crate::words::nearest_key(&entry.key, all.iter().copied()) {
         Some(name) => format!("did you mean {name}?"),
-        None => format!("use one of {}, c11 … c66", KEYS.join(", ")),
+        None if component_like(&entry.key, 's') => "give compliances as a matrix under compliance".into(),
+        None if component_like(&entry.key, 'c') => "components are c11 … c66, in Voigt's indices".into(),
+        None => crate::words::known_elsewhere(&entry.key)
+            .map(|own| if engineering::names(&entry.key) { format!("{own}, below [engineering]") } else { own })
+            .unwrap_or_else(|| match engineering::names(&entry.key) {
+                true => format!("put {} below [engineering]", entry.key),
+                false => format!("use one of {}, c11 … c66", KEYS.join(", ")),
+            }),
     };
     Err(Error::input(format!("unknown key {}", quoted(&entry.key)), remedy).at(format!("line {}", entry.line)))
+}
+
+/// Whether a key is a letter and a component's two or four digits.
+fn component_like(key: &str, letter: char) -> bool {
+    let mut rest = key.trim().chars().filter(|c| *c != '_');
+    let first = rest.next().is_some_and(|c| c.eq_ignore_ascii_case(&letter));
+    let digits: String = rest.collect();
+    first && matches!(digits.len(), 2 | 4) && digits.chars().all(|c| c.is_ascii_digit())
 }
 
 /// Whether a key is one of a material file, in any letter case, but those that databases have for other things.
@@ -479,6 +498,8 @@ struct Own {
     class: Option<SymmetryClass>,
     /// Form, unit and order in words.
     words: String,
+    /// What was adjusted, and by how much.
+    notes: Vec<String>,
 }
 
 fn own_stiffness(
@@ -496,14 +517,14 @@ fn own_stiffness(
     let of_class = claimed.map_or(String::new(), |class| format!(", class {}", class.name()));
     match form {
         Form::Engineering(entry) => {
-            let (stiffness, class) = engineering::stiffness_of(&entry.value, units, claimed)?;
+            let (stiffness, class, notes) = engineering::stiffness_of(&entry.value, units, claimed)?;
             let words = format!("engineering constants, {unit}, class {}", class.name());
-            Ok(Own { stiffness, class: Some(class), words })
+            Ok(Own { stiffness, class: Some(class), words, notes })
         }
         Form::Components(entry) => {
-            let stiffness = components::stiffness_of(table, entry, units, claimed)?;
+            let (stiffness, off) = components::stiffness_of(table, entry, units, claimed)?;
             let words = format!("c11 … c66 by name, {unit}, order 11 22 33 23 13 12{of_class}");
-            Ok(Own { stiffness, class: claimed, words })
+            Ok(Own { stiffness, class: claimed, words, notes: off.into_iter().collect() })
         }
         Form::Stiffness(entry) | Form::Compliance(entry) => {
             let order = matrix::Order::of(table)?;
@@ -512,29 +533,33 @@ fn own_stiffness(
                 Form::Compliance(_) => matrix.compliance(|node, key| units.compliance(node, key))?,
                 _ => matrix.stiffness(|node, key| units.stress(node, key))?,
             };
-            check_claim(&stiffness, claimed).map_err(|e| e.at(place(entry.line, &entry.key)))?;
-            let symmetric = match off {
-                off if off <= matrix::ROUNDING => String::new(),
-                off => format!(", made symmetric (entries differ by up to {} % of the largest)", number(100.0 * off)),
-            };
+            let (stiffness, of_the_class) =
+                of_claim(stiffness, claimed).map_err(|e| e.at(place(entry.line, &entry.key)))?;
+            let symmetric = (off > matrix::ROUNDING)
+                .then(|| format!("made symmetric (entries differ by up to {} % of the largest)", number(100.0 * off)));
             let indices = if shapes::is_full(&entry.value) {
                 "3×3×3×3 components".into()
             } else {
                 format!("order {}", order.words())
             };
-            let words = format!("{}, {unit}, {indices}{symmetric}{of_class}", entry.key);
-            Ok(Own { stiffness, class: claimed, words })
+            let words = format!("{}, {unit}, {indices}{of_class}", entry.key);
+            Ok(Own { stiffness, class: claimed, words, notes: symmetric.into_iter().chain(of_the_class).collect() })
         }
     }
 }
 
-/// A matrix must be of the class it is said to be, to 10⁻⁶ of its norm.
-pub(super) fn check_claim(stiffness: &Stiffness, claimed: Option<SymmetryClass>) -> Result<()> {
-    let Some(class) = claimed else { return Ok(()) };
-    let nearest = components::Setting::of_matrix(class, stiffness).project(stiffness);
+/// A matrix must be of the class it is said to be, to 1 % of its norm, as tables and computations are; the closest of the class is
+/// taken, and if that is more than rounding, said.
+pub(super) fn of_claim(stiffness: Stiffness, claimed: Option<SymmetryClass>) -> Result<(Stiffness, Option<String>)> {
+    let Some(class) = claimed else { return Ok((stiffness, None)) };
+    let nearest = components::Setting::of_matrix(class, &stiffness).project(&stiffness);
     let error = stiffness.relative_error(&nearest);
     if error <= components::CONTRADICTION || stiffness.norm() == 0.0 {
-        return Ok(());
+        return Ok((stiffness, None));
+    }
+    if error <= record::SCATTER {
+        let note = format!("made {} (it was {} % of its norm away)", class.name(), number(100.0 * error));
+        return Ok((nearest, Some(note)));
     }
     Err(Error::input(
         format!(

@@ -62,7 +62,7 @@ fn ball(words: &[&str], left: &mut Vec<String>) -> Result<[f64; 4]> {
             (_, Some(Role::Centre(axis))) => (axis..axis + 1, 1),
             (_, Some(Role::Radius)) => (3..4, 1),
             _ => {
-                let known = left.iter().any(|known| *known == lower);
+                let known = left.contains(&lower);
                 if number(word).is_err() && !known && left.len() < 32 {
                     left.push(lower);
                 }

@@ -14,7 +14,7 @@ use crate::material::components::{Component, component_of, name};
 use crate::material::foreign::figure::{Figure, plain_number};
 use crate::material::foreign::thomsen::{NAMES as THOMSEN, dimension, parameter, stiffness as thomsen};
 use crate::material::matrix::refuse_reordered;
-use crate::material::{Habits, Reading, StressUnit, check_claim, material_of, parse_class, positive_density};
+use crate::material::{Habits, Reading, StressUnit, of_claim, parse_class, positive_density, reading_of};
 use crate::orientation::parse_orientation;
 use crate::tree::{Entry, Kind, Node};
 use crate::units::{Dimension, split};
@@ -122,11 +122,12 @@ impl Columns {
             refuse_reordered(order).map_err(|e| e.at("column order"))?;
         }
         let claimed = text(self.class).map(parse_class).transpose().map_err(|e| e.at("column class"))?;
-        let (own, what) = match &self.thomsen {
-            Some(columns) => (self.of_thomsen(record, columns)?, "Thomsen's parameters".to_string()),
+        let (own, what, mut notes) = match &self.thomsen {
+            Some(columns) => (self.of_thomsen(record, columns)?, "Thomsen's parameters".to_string(), Vec::new()),
             None => self.own(record, &bare, claimed)?,
         };
-        check_claim(&own, claimed).map_err(|e| e.at("column class"))?;
+        let (own, off) = of_claim(own, claimed).map_err(|e| e.at("column class"))?;
+        notes.extend(off);
         let turned = text(self.orientation).map(|text| parse_orientation(text).map(|q| own.rotated(&q)));
         let stiffness = turned.transpose().map_err(|e| e.at("column orientation"))?.unwrap_or(own);
         stiffness.require_positive_definite()?;
@@ -143,7 +144,8 @@ impl Columns {
         let source = text(self.source).or(text(self.id)).unwrap_or("").to_string();
         Ok(Reading {
             material: Material { name, stiffness, density, source },
-            read_as: format!("row of a table, {what}"),
+            read_as: format!("row of a table, {what}{}", notes.iter().map(|n| format!(", {n}")).collect::<String>()),
+            notes,
         })
     }
 
@@ -153,7 +155,7 @@ impl Columns {
         record: &csv::StringRecord,
         bare: &StressUnit,
         class: Option<SymmetryClass>,
-    ) -> Result<(Stiffness, String)> {
+    ) -> Result<(Stiffness, String, Vec<String>)> {
         let filled = |column: &Column| record.get(column.at).is_some_and(|text| !text.is_empty());
         let all = self.components.len() == 21 && (class.is_none() || self.components.iter().all(|(_, c)| filled(c)));
         let value = |column: &Column| column.value(record, Dimension::Stress, bare.size, self.comma);
@@ -166,7 +168,8 @@ impl Columns {
                 voigt[(*a, *b)] = value;
                 voigt[(*b, *a)] = value;
             }
-            return Ok((Stiffness::from_voigt(&voigt)?, format!("c11 … c66, {unit}, order 11 22 33 23 13 12")));
+            let what = format!("c11 … c66, {unit}, order 11 22 33 23 13 12");
+            return Ok((Stiffness::from_voigt(&voigt)?, what, Vec::new()));
         }
         if !self.engineering.is_empty() {
             return self.of_engineering(record, bare, class, &unit);
@@ -180,9 +183,10 @@ impl Columns {
         let habits = Habits { unit: Some(bare.clone()), ..Habits::default() };
         let count = entries.len() - usize::from(class.is_some());
         let table = Node { kind: Kind::Table(entries), line: 0 };
-        let stiffness = material_of(&table, &habits).map_err(of_row)?.stiffness;
+        let Reading { material, notes, .. } = reading_of(&table, &habits, "").map_err(of_row)?;
         let of_class = class.map_or(", others zero".into(), |class| format!(", class {}", class.name()));
-        Ok((stiffness, format!("{count} constants by name{of_class}, {unit}, order 11 22 33 23 13 12")))
+        let what = format!("{count} constants by name{of_class}, {unit}, order 11 22 33 23 13 12");
+        Ok((material.stiffness, what, notes))
     }
 
     /// The columns of stresses.
@@ -198,7 +202,7 @@ impl Columns {
         bare: &StressUnit,
         class: Option<SymmetryClass>,
         unit: &str,
-    ) -> Result<(Stiffness, String)> {
+    ) -> Result<(Stiffness, String, Vec<String>)> {
         let mut entries = Vec::new();
         for (key, ratio, column) in &self.engineering {
             if record.get(column.at).is_none_or(str::is_empty) {
@@ -216,8 +220,9 @@ impl Columns {
         let mut all = vec![Entry { key: "engineering".into(), line: 0, value: constants }];
         all.extend(class.map(class_entry));
         let habits = Habits { unit: Some(bare.clone()), ..Habits::default() };
-        let stiffness = material_of(&Node { kind: Kind::Table(all), line: 0 }, &habits).map_err(of_row)?.stiffness;
-        Ok((stiffness, read_as))
+        let table = Node { kind: Kind::Table(all), line: 0 };
+        let Reading { material, notes, .. } = reading_of(&table, &habits, "").map_err(of_row)?;
+        Ok((material.stiffness, read_as, notes))
     }
 
     fn of_thomsen(&self, record: &csv::StringRecord, columns: &[Column]) -> Result<Stiffness> {

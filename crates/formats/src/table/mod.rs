@@ -65,13 +65,15 @@ pub struct Row {
     pub material: Result<Material>,
     /// What the row was taken for; empty if it is wrong.
     pub read_as: String,
+    /// What was made of numbers that are not what they should be to the last digit; empty where nothing was.
+    pub notes: Vec<String>,
 }
 
 impl Row {
     fn new(id: String, line: usize, reading: Result<Reading>) -> Self {
         match reading {
-            Ok(Reading { material, read_as }) => Row { id, line, material: Ok(material), read_as },
-            Err(e) => Row { id, line, material: Err(e), read_as: String::new() },
+            Ok(Reading { material, read_as, notes }) => Row { id, line, material: Ok(material), read_as, notes },
+            Err(e) => Row { id, line, material: Err(e), read_as: String::new(), notes: Vec::new() },
         }
     }
 
@@ -80,7 +82,7 @@ impl Row {
     /// # Errors
     /// What is wrong with the row.
     pub fn reading(self) -> Result<Reading> {
-        self.material.map(|material| Reading { material, read_as: self.read_as })
+        self.material.map(|material| Reading { material, read_as: self.read_as, notes: self.notes })
     }
 }
 

@@ -1,5 +1,6 @@
 //! Tests of the readers of files.
 
+mod digits;
 mod foreign;
 mod packings;
 mod packings_vtk;

@@ -160,7 +160,7 @@ class Calibration(Report):
     @property
     def error(self) -> float: ...
     @property
-    def feasible(self) -> bool: ...
+    def reaches_model_limit(self) -> bool: ...
     @property
     def outcome(self) -> Literal["feasible", "infeasible", "not converged"]: ...
     @property
@@ -191,6 +191,7 @@ def calibrate(
     form: Literal["remainder", "stable"] | None = None,
     promise: Literal["sum", "free-rotations"] | None = None,
     lower_bound: float | Literal["max"] | None = None,
+    metric: Literal["norm", "energy"] | None = None,
     require_exact: float | bool | None = None,
     **keywords: Unpack[_Bonds],
 ) -> Calibration: ...
@@ -202,11 +203,27 @@ def calibrate_table(
     form: Literal["remainder", "stable"] | None = None,
     promise: Literal["sum", "free-rotations"] | None = None,
     lower_bound: float | Literal["max"] | None = None,
+    metric: Literal["norm", "energy"] | None = None,
     unit: str | None = None,
     output: _Path | None = None,
     force: bool = False,
     progress: _Progress = None,
     prove: bool = False,
+    **keywords: Unpack[_Bonds],
+) -> Table: ...
+
+def rank(
+    table: _Path,
+    neighbourhood: Neighbourhood | None = None,
+    *,
+    model: Literal["central", "micropolar"] | None = None,
+    metric: Literal["norm", "energy"] | None = None,
+    within: float = 0.01,
+    sort: str | None = None,
+    where: list[str] | None = None,
+    unit: str | None = None,
+    output: _Path | None = None,
+    force: bool = False,
     **keywords: Unpack[_Bonds],
 ) -> Table: ...
 

@@ -8,7 +8,7 @@ use super::loose::Joined;
 use crate::experiment::element_test::Rotations;
 use crate::experiment::problem::{Condition, OutputPlan, Probe, Schedule};
 use crate::operator::particles::ParticleModel;
-use crate::tensor::Stiffness;
+use crate::tensor::{Stiffness, doubtful_length};
 
 /// A body of fewer mean diameters across is named.
 const FEW: f64 = 12.0;
@@ -60,7 +60,7 @@ impl PackingProblem {
     }
 
     /// What a user should know before a run: spheres without bonds, parts that no bond joins, materials that the lattice
-    /// misses, a body of few spheres across.
+    /// misses, a body of few spheres across, spheres smaller than atoms.
     pub fn warnings(&self) -> Vec<String> {
         self.warnings_of(&Joined::new(self))
     }
@@ -71,7 +71,9 @@ impl PackingProblem {
             e.miss.as_ref().map(|miss| if many { format!("region {}: {miss}", e.region) } else { miss.clone() })
         };
         let missed = self.evidence.iter().filter_map(named);
-        joined.warnings(self).into_iter().chain(missed).chain(stress_warnings(self)).chain(self.coarse()).collect()
+        let size = doubtful_length("the spheres' mean radius", self.mean_radius());
+        let own = joined.warnings(self).into_iter().chain(missed).chain(stress_warnings(self));
+        own.chain(self.coarse()).chain(size).collect()
     }
 
     /// A warning of a body that is few diameters across: its outer spheres lack bonds, and nothing makes up for them.

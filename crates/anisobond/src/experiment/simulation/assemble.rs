@@ -175,7 +175,7 @@ pub(super) fn warnings(regions: &[RegionEvidence]) -> Vec<String> {
 /// Calibrate the bonds of every region.
 fn calibrate(problem: &Problem) -> Result<(Vec<RegionBonds>, Vec<RegionEvidence>)> {
     let settings = match problem.model {
-        Model::Central => ModelSettings::Central(LowerBound::Value(0.0)),
+        Model::Central => ModelSettings::Central(LowerBound::Value(0.0), problem.metric),
         // Nodes near surfaces and cracks have part of their bonds: with Z ⪰ 0 no part of them has negative energy.
         Model::Hybrid => ModelSettings::Hybrid(Some(HybridForm::Stable)),
         Model::Micropolar => return Err(Error::input("micropolar bonds do not run on grids", "use central or hybrid")),

@@ -22,6 +22,13 @@ pub fn json(args: &[&str]) -> Value {
     serde_json::from_str(&stdout(args)).unwrap()
 }
 
+/// stdout of a run that must end with a code.
+pub fn ended(args: &[&str], code: i32) -> String {
+    let output = anisobond(args);
+    assert_eq!(output.status.code(), Some(code), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
 /// stderr of a run that must end with a code, printing nothing on stdout.
 pub fn refused(args: &[&str], code: i32) -> String {
     let output = anisobond(args);

@@ -93,6 +93,7 @@ pub(super) fn read(source: &Source) -> Option<Result<Reading>> {
             source: String::new(),
         },
         read_as: found.read_as,
+        notes: Vec::new(),
     }))
 }
 
