@@ -308,6 +308,8 @@ def test_no_other_kind_is_written():
     for path in (REPOSITORY / "crates").rglob("*.rs"):
         if "tests" not in path.parts:
             kinds |= set(re.findall(r'VTKFile type=\\?"(\{?\w+\}?)', path.read_text()))
-            kinds |= {"legacy" for _ in re.findall("# vtk DataFile", path.read_text())}
+            # What readers compare with, and what comments name, is not written.
+            written = re.findall(r'(?<!`)(?<!starts_with\(b")# vtk DataFile', path.read_text())
+            kinds |= {"legacy" for _ in written}
             kinds |= set(re.findall(r'Appended::new\("(\w+)"\)', path.read_text()))
     assert kinds == {"PolyData", "ImageData", "Collection", "{kind}"}

@@ -16,9 +16,11 @@
 //! Instead of the components: `stiffness` or `compliance` (a matrix, with `order`), or a table `[engineering]`. Exactly
 //! one of these forms. See [`parse_material`].
 
+mod bare;
 pub(super) mod components;
 mod digits;
 pub(super) mod engineering;
+mod form;
 pub mod record;
 pub(super) mod matrix;
 mod text;
@@ -30,6 +32,7 @@ use std::path::Path;
 
 use nalgebra::{Matrix3, Vector3};
 
+use self::bare::{Units, units_of};
 use crate::orientation::{orientation_of, smallest_rotation};
 use crate::tree::Kind;
 use crate::tree::{Entry, Node, parse_json, parse_toml, place, read_text, without_mark};
@@ -38,6 +41,9 @@ use crate::words::{number, quoted, suggestion};
 use anisobond::tensor::{Material, Stiffness, SymmetryClass};
 use anisobond::{Error, Result};
 
+pub(super) use form::Form;
+
+pub use bare::{Habits, StressUnit};
 pub use text::material_text;
 
 /// Every key of a material file but c11…c66.
@@ -60,9 +66,6 @@ const MOST_BYTES: usize = 1 << 20;
 
 /// Keys that others have, too.
 const COMMON: [&str; 3] = ["name", "density", "source"];
-
-/// The ways to give a stiffness, for messages.
-const FORMS: &str = "stiffness (a 6×6 matrix), compliance, c11 … c66, or a table [engineering]";
 
 /// A material, and what its text was taken for.
 #[derive(Clone, Debug)]
@@ -232,151 +235,6 @@ pub fn parse_class(name: &str) -> Result<SymmetryClass> {
     })
 }
 
-/// A unit of stress as the user wrote it.
-#[derive(Clone, Debug)]
-pub struct StressUnit {
-    /// For messages: "MPa".
-    pub name: String,
-    /// Its size (Pa).
-    pub size: f64,
-}
-
-impl StressUnit {
-    /// A unit by its name.
-    ///
-    /// # Errors
-    /// An unknown one.
-    pub fn named(name: &str) -> Result<Self> {
-        Dimension::Stress.unit(name).map(|size| StressUnit { name: name.trim().into(), size })
-    }
-
-    /// The unit of the Materials Project.
-    pub fn giga_pascal() -> Self {
-        StressUnit { name: "GPa".into(), size: 1e9 }
-    }
-
-    /// A value (Pa) in this unit, for messages.
-    fn show(&self, value: f64) -> String {
-        format!("{} {}", number(value / self.size), self.name)
-    }
-}
-
-/// What a file of a kind leaves unsaid.
-#[derive(Clone, Debug, Default)]
-pub struct Habits {
-    /// Unit of a bare stress where the file names none.
-    pub unit: Option<StressUnit>,
-    /// Unit (kg/m³) of a bare density.
-    pub density: Option<f64>,
-    /// Whether keys we do not know pass in silence.
-    pub unknown_keys: bool,
-    /// A unit asked for beside the file, which no other may contradict.
-    pub asked: Option<StressUnit>,
-    /// Largest difference of two entries of a matrix that should be equal, over the largest entry (at least 10⁻⁶).
-    pub scatter: f64,
-}
-
-/// Units of the bare numbers of one file.
-#[derive(Default)]
-struct Units {
-    stress: Option<StressUnit>,
-    /// 1/Pa per unit.
-    compliance: Option<f64>,
-}
-
-impl Units {
-    /// The unit in which messages show a stress.
-    fn shown(&self) -> StressUnit {
-        self.stress.clone().unwrap_or_else(StressUnit::giga_pascal)
-    }
-
-    /// A stress (Pa): a number × unit, or a text with its own. Zero needs none.
-    fn stress(&self, node: &Node, key: &str) -> Result<f64> {
-        self.quantity(node, key, Dimension::Stress, self.stress.as_ref().map(|u| u.size), "unit = \"GPa\"")
-    }
-
-    /// A compliance (1/Pa).
-    fn compliance(&self, node: &Node, key: &str) -> Result<f64> {
-        self.quantity(node, key, Dimension::Compliance, self.compliance, "unit = \"1/GPa\"")
-    }
-
-    fn quantity(&self, node: &Node, key: &str, what: Dimension, unit: Option<f64>, missing: &str) -> Result<f64> {
-        let value = match (&node.kind, unit) {
-            (Kind::Text(text), unit) => {
-                let plain = foreign::figure::plain_number(text);
-                return match (plain.parse::<f64>(), unit) {
-                    // A number that the file's language cannot hold otherwise.
-                    (Ok(value), Some(size)) if plain != text.trim() => what.bounded(value * size, text),
-                    _ => what.parse(&plain),
-                }
-                .map_err(|e| e.at(place(node.line, key)));
-            }
-            (_, Some(size)) => node.number(key)? * size,
-            (_, None) if node.number(key)? == 0.0 => 0.0,
-            (_, None) => {
-                return Err(node.wrong(
-                    key,
-                    format!("{} has no unit", node.described()),
-                    format!("add {missing} at the top of the file"),
-                ));
-            }
-        };
-        if value.is_finite() {
-            Ok(value)
-        } else {
-            Err(node.wrong(key, "the number is too large", "check it and its unit"))
-        }
-    }
-}
-
-/// The form a file gives its stiffness in, and the entry that says so.
-pub(super) enum Form<'n> {
-    Stiffness(&'n Entry),
-    Compliance(&'n Entry),
-    Engineering(&'n Entry),
-    /// The first component.
-    Components(&'n Entry),
-}
-
-impl<'n> Form<'n> {
-    fn of(entry: &'n Entry) -> Option<Self> {
-        match entry.key.as_str() {
-            "stiffness" => Some(Form::Stiffness(entry)),
-            "compliance" => Some(Form::Compliance(entry)),
-            "engineering" => Some(Form::Engineering(entry)),
-            key => components::component_of(key).map(|_| Form::Components(entry)),
-        }
-    }
-
-    fn entry(&self) -> &'n Entry {
-        match self {
-            Form::Stiffness(e) | Form::Compliance(e) | Form::Engineering(e) | Form::Components(e) => e,
-        }
-    }
-
-    /// The one form of a table; `first` is one that it has under another name.
-    pub(super) fn only(table: &'n Node, first: Option<Self>) -> Result<Self> {
-        let mut found = first;
-        for form in table.entries().iter().filter_map(Form::of) {
-            match &found {
-                None => found = Some(form),
-                Some(Form::Components(_)) if matches!(form, Form::Components(_)) => {}
-                Some(first) => {
-                    let (first, second) = (first.entry(), form.entry());
-                    return Err(Error::input(
-                        format!("{} and {} both give the stiffness", first.key, second.key),
-                        "keep one of them",
-                    )
-                    .at(place(second.line, &second.key)));
-                }
-            }
-        }
-        found.ok_or_else(|| {
-            Error::input("no stiffness is given", format!("add {FORMS}")).at(format!("line {}", table.line))
-        })
-    }
-}
-
 /// The material of a table.
 pub fn material_of(table: &Node, habits: &Habits) -> Result<Material> {
     reading_of(table, habits, "").map(|reading| reading.material)
@@ -451,28 +309,6 @@ fn is_known(key: &str) -> bool {
 /// The text under a key, empty if absent.
 pub(super) fn text_of(table: &Node, key: &str) -> Result<String> {
     table.get(key).map_or_else(|| Ok(String::new()), |entry| entry.value.text(key).map(str::to_string))
-}
-
-/// `unit`, which may be reciprocal for a compliance.
-fn units_of(table: &Node, form: &Form, habits: &Habits) -> Result<Units> {
-    let Some(entry) = table.get("unit") else {
-        let unit = habits.asked.clone().or(habits.unit.clone());
-        let compliance = unit.as_ref().map(|unit| 1.0 / unit.size);
-        return Ok(Units { stress: unit, compliance });
-    };
-    let name = entry.value.text("unit")?;
-    let at = |e: Error| e.at(place(entry.line, "unit"));
-    if matches!(form, Form::Compliance(_))
-        && let Ok(size) = Dimension::Compliance.unit(name)
-    {
-        return Ok(Units { stress: None, compliance: Some(size) });
-    }
-    let size = Dimension::Stress.unit(name).map_err(at)?;
-    if let Some(asked) = habits.asked.as_ref().filter(|asked| asked.size != size) {
-        let problem = format!("the unit asked for, {}, contradicts {}", asked.name, quoted(name));
-        return Err(at(Error::input(problem, "leave it out: the file names its unit")));
-    }
-    Ok(Units { stress: Some(StressUnit { name: name.trim().to_string(), size }), compliance: Some(1.0 / size) })
 }
 
 fn claimed_class(table: &Node) -> Result<Option<SymmetryClass>> {

@@ -7,6 +7,7 @@ mod crack_path;
 #[cfg(test)]
 mod crack_tests;
 mod crack_tips;
+mod grid_state;
 mod ledger;
 mod load_step;
 mod loading;
@@ -18,9 +19,8 @@ mod resolution;
 mod saved;
 mod stability;
 mod statics;
+mod time_step;
 mod unrolled;
-
-use serde::{Deserialize, Serialize};
 
 pub use self::assemble::{InterfaceEvidence, InterfaceFracture, RegionEvidence};
 pub use self::cost::RunCost;
@@ -28,6 +28,7 @@ use self::crack::CrackFront;
 pub use self::crack::diffuse_warning;
 pub use self::crack_path::{CrackPath, CrackPoint};
 pub use self::crack_tips::{CrackTip, TipPoint};
+pub use self::grid_state::GridFacts;
 pub use self::ledger::Ledger;
 use self::load_step::BrokenState;
 use self::loading::Loading;
@@ -38,13 +39,16 @@ pub use self::saved::SavedState;
 pub(super) use self::statics::SETTLED;
 pub use self::statics::StaticEvidence;
 use self::statics::{Moment, Statics};
+pub use self::time_step::StepEvidence;
+pub(super) use self::time_step::steps_in;
+use self::time_step::time_step;
 use super::checked::Checked;
 use super::outcome::{Outcome, StepLook};
 use super::problem::{Problem, Schedule};
-use crate::operator::grid::{FailingBonds, GridBonds, Padded};
+use crate::operator::grid::{FailingBonds, Padded};
 use crate::operator::{Kinematics, VectorField};
+use crate::solver::Stopping;
 use crate::solver::grid::Method;
-use crate::solver::{Stopping, damped_step, stable_step};
 use crate::tensor::Stiffness;
 use crate::{Error, Result};
 
@@ -63,46 +67,6 @@ const EXPLODED: f64 = 1e4;
 
 /// How often a motion's cracks are looked at, while they grow.
 const LOOKS: u64 = 100;
-
-/// The time step of a motion.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct StepEvidence {
-    /// Time step (s).
-    pub step: f64,
-    /// The largest stable one (s).
-    pub stable: f64,
-}
-
-impl StepEvidence {
-    /// As [`steps_in`].
-    fn steps_in(&self, duration: f64) -> Result<u64> {
-        steps_in(duration, self.step)
-    }
-}
-
-/// More time steps than this no machine does in a lifetime.
-const MOST_TIME_STEPS: f64 = 1e12;
-
-/// Whole steps (s) in a duration (s), at least one.
-///
-/// # Errors
-/// More than 10¹², or numbers of which none follow.
-pub(super) fn steps_in(duration: f64, step: f64) -> Result<u64> {
-    let steps = (duration / step).round();
-    if !step.is_finite() || step <= 0.0 {
-        return Err(Error::input(
-            format!("the time step is {step} s"),
-            "check density, stiffness and spacing: the body's nodes have no bonds, or numbers at the limits",
-        ));
-    }
-    if steps.is_nan() || steps > MOST_TIME_STEPS {
-        return Err(Error::input(
-            format!("{duration:e} s are {steps:.1e} time steps of {step:e} s"),
-            format!("give a shorter duration, or larger nodes: at most {MOST_TIME_STEPS:.0e} steps are done"),
-        ));
-    }
-    Ok((steps as u64).max(1))
-}
 
 /// A problem under way.
 pub struct Simulation {
@@ -136,23 +100,6 @@ pub struct Simulation {
 enum Stage {
     Motion { motion: Motion, evidence: StepEvidence, last: Pass },
     Equilibrium { statics: Statics, last: Option<StaticEvidence> },
-}
-
-/// What a saved state says beside its arrays.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct GridFacts {
-    step: u64,
-    ledger: Ledger,
-    external_ahead: f64,
-    damping_ahead: f64,
-    fracture_ahead: f64,
-    departed: usize,
-    #[serde(default)]
-    overlap: Option<Overlap>,
-    #[serde(default)]
-    looked_at: f64,
-    #[serde(default)]
-    stable: Option<f64>,
 }
 
 impl Simulation {
@@ -454,77 +401,6 @@ impl Simulation {
     pub fn cracks(&self) -> Vec<CrackPath> {
         self.crack.paths(&self.problem.body.grid, self.is_motion())
     }
-
-    /// Everything that is needed to go on.
-    pub fn save(&self) -> SavedState<GridFacts> {
-        let mut state = SavedState::<GridFacts>::default();
-        let (departed, [history, permanent]) = self.bonds.departed_state();
-        let mut facts = GridFacts {
-            step: self.step,
-            ledger: self.ledger,
-            external_ahead: 0.0,
-            damping_ahead: 0.0,
-            fracture_ahead: 0.0,
-            departed: departed.len(),
-            overlap: self.overlap.clone(),
-            looked_at: self.looked_at,
-            stable: self.step_evidence().map(|e| e.stable),
-        };
-        let names = ["x", "y", "z"];
-        let mut keep = |prefix: &str, field: VectorField| {
-            let arrays = names.iter().zip(field.components).map(|(axis, values)| (format!("{prefix}_{axis}"), values));
-            state.numbers.extend(arrays);
-        };
-        keep("displacement", self.u.get());
-        if let Stage::Motion { motion, last, .. } = &self.stage {
-            keep("velocity", motion.velocity.clone());
-            facts.external_ahead = last.external_ahead;
-            facts.damping_ahead = last.damping_ahead;
-            facts.fracture_ahead = last.failure.ahead;
-        }
-        state.numbers.push(("damaged_at".into(), self.crack.times().to_vec()));
-        state.numbers.push(("bond_history".into(), history));
-        state.numbers.push(("bond_permanent".into(), permanent));
-        state.words.push(("bonds".into(), self.bonds.grid().unbroken_bits()));
-        state.words.push(("departed".into(), departed));
-        state.facts = facts;
-        state
-    }
-
-    /// Go on from a saved state of the same problem.
-    ///
-    /// # Errors
-    /// A state of another problem.
-    pub fn restore(&mut self, mut state: SavedState<GridFacts>) -> Result<()> {
-        let facts = std::mem::take(&mut state.facts);
-        let n = self.problem.body.grid.len();
-        let mut field = |prefix: &str| -> Result<VectorField> {
-            let [x, y, z] = ["x", "y", "z"].map(|axis| state.take_numbers(&format!("{prefix}_{axis}"), n));
-            Ok(VectorField { components: [x?, y?, z?] })
-        };
-        self.u.set(&field("displacement")?);
-        if let Stage::Motion { motion, evidence, last } = &mut self.stage {
-            evidence.stable = facts.stable.unwrap_or(evidence.stable);
-            motion.velocity = field("velocity")?;
-            last.external_ahead = facts.external_ahead;
-            last.damping_ahead = facts.damping_ahead;
-            last.failure.ahead = facts.fracture_ahead;
-        }
-        let damaged = self.crack.times().len();
-        self.crack.restore(state.take_numbers("damaged_at", damaged)?);
-        let words = self.bonds.grid().unbroken_bits().len();
-        let bits = state.take_words("bonds", words)?;
-        let departed = state.take_words("departed", facts.departed)?;
-        let [history, permanent] =
-            ["bond_history", "bond_permanent"].map(|name| state.take_numbers(name, facts.departed));
-        self.bonds.restore(&bits, &departed, [&history?, &permanent?])?;
-        self.reactions.forget();
-        self.looked_at = facts.looked_at;
-        self.step = facts.step;
-        self.overlap = facts.overlap;
-        self.ledger = facts.ledger;
-        Ok(())
-    }
 }
 
 /// A warning where the energy of a motion does not balance.
@@ -533,23 +409,6 @@ pub(super) fn drift_warning(ledger: &Ledger, motion: bool) -> Option<String> {
     let remedy = if motion { "a smaller time step" } else { "more load steps or a closer tolerance" };
     (drift > DRIFT)
         .then(|| format!("the energy has drifted by {:.1} % of its largest part; use {remedy}", 100.0 * drift))
-}
-
-/// The largest stable step and the one used.
-fn time_step(problem: &Problem, bonds: &GridBonds<f64>) -> Result<StepEvidence> {
-    let Schedule::Motion { step, safety, force_step, local_damping, .. } = problem.schedule else {
-        return Err(Error::input("equilibrium has no time step", "give a duration"));
-    };
-    let densities: Vec<f64> = problem.regions.iter().map(|r| r.density).collect();
-    let stable = damped_step(stable_step(bonds.eigenvalue_bound(&densities)?), local_damping);
-    let step = step.unwrap_or(safety * stable);
-    if step > stable && !force_step {
-        return Err(Error::input(
-            format!("the time step {step:.4e} s is above the stable one, {stable:.4e} s"),
-            "leave the step out, give a smaller one, or set force_step = true",
-        ));
-    }
-    Ok(StepEvidence { step, stable })
 }
 
 /// How equilibrium is found under a schedule.

@@ -10,8 +10,16 @@ use crate::operator::particles::model::Strength;
 use crate::operator::particles::pose::Pose;
 use crate::operator::{Kinematics, StiffBond};
 
-/// Bonds that left the linear law per piece of work.
+/// Bonds that left the linear law per piece of work; fewer are not worth waking other threads.
 const CHUNK: usize = 256;
+
+/// Something of every bond of a list, in its order.
+fn each<T: Send>(list: &[Departed], of: impl Fn(&Departed) -> T + Sync + Send) -> Vec<T> {
+    match list.len() {
+        0..=CHUNK => list.iter().map(of).collect(),
+        _ => list.par_iter().with_min_len(CHUNK).map(of).collect(),
+    }
+}
 
 impl Particles {
     /// Let bonds fail that the rows found beyond their strength, `halves` with the energy that they held there, and let others
@@ -73,7 +81,7 @@ impl Particles {
             let [before, now] = self.way_of(bond, step);
             self.departed.follow(&d.state, &self.model.bonds[bond], &self.strength(bond), [&before, &now])
         };
-        let changes: Vec<Change> = self.departed.list.par_iter().with_min_len(CHUNK).map(one).collect();
+        let changes = each(&self.departed.list, one);
         let mut list = std::mem::take(&mut self.departed.list);
         let mut place = 0;
         list.retain_mut(|d| {
@@ -97,8 +105,7 @@ impl Particles {
 
     /// Add the forces, energies and virials of the bonds that left the linear law, in their order.
     pub(super) fn add_departed(&mut self, sums: &mut Sums) {
-        let carried = |d: &Departed| self.carried_by(d);
-        let all: Vec<Carried> = self.departed.list.par_iter().with_min_len(CHUNK).map(carried).collect();
+        let all = each(&self.departed.list, |d| self.carried_by(d));
         for (d, carried) in self.departed.list.iter().zip(&all) {
             let bond = &self.model.bonds[d.bond as usize];
             for (end, force, moment) in
