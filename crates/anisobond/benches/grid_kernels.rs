@@ -88,34 +88,29 @@ fn lammps(n: usize) -> Option<f64> {
 
 fn main() {
     let peer = std::env::args().any(|a| a == "--lammps");
-    println!(
-        "cells  type  threads   intact linear           linear with bits        finite, breaking        bytes/node"
-    );
+    println!("cells  threads   intact linear           linear with bits        finite, breaking        bytes/node");
     for n in [64, 96] {
         for threads in [1, 2] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-            for single in [false, true] {
-                let mut line = format!("{n:4}³  {}   {threads}     ", if single { "f32" } else { "f64" });
-                let (mut memory, mut rates) = (0.0, Vec::new());
-                for kernel in [Kernel::Intact, Kernel::Bits, Kernel::Breaking] {
-                    let (seconds, bytes) =
-                        pool.install(|| if single { pass::<f32>(n, kernel) } else { pass::<f64>(n, kernel) });
-                    let nodes = (n * n * n) as f64;
-                    let rate = BONDS * nodes / seconds;
-                    line += &format!("{:6.3}e9/s {:6.2} ns/node  ", rate / 1e9, 1e9 * seconds / nodes);
-                    rates.push(rate);
-                    memory = bytes;
-                }
-                println!("{line}{memory:6.1}");
-                if threads == 1 && !single && peer {
-                    match lammps(n) {
-                        Some(rate) => println!(
-                            "       LAMMPS peri/pmb {:.4}e9/s; times as fast: {}",
-                            rate / 1e9,
-                            rates.iter().map(|r: &f64| format!("{:.0}", r / rate)).collect::<Vec<_>>().join(", ")
-                        ),
-                        None => println!("       LAMMPS could not be run: see verification/peers/lammps_peri.py"),
-                    }
+            let mut line = format!("{n:4}³  {threads}         ");
+            let (mut memory, mut rates) = (0.0, Vec::new());
+            for kernel in [Kernel::Intact, Kernel::Bits, Kernel::Breaking] {
+                let (seconds, bytes) = pool.install(|| pass::<f64>(n, kernel));
+                let nodes = (n * n * n) as f64;
+                let rate = BONDS * nodes / seconds;
+                line += &format!("{:6.3}e9/s {:6.2} ns/node  ", rate / 1e9, 1e9 * seconds / nodes);
+                rates.push(rate);
+                memory = bytes;
+            }
+            println!("{line}{memory:6.1}");
+            if threads == 1 && peer {
+                match lammps(n) {
+                    Some(rate) => println!(
+                        "       LAMMPS peri/pmb {:.4}e9/s; times as fast: {}",
+                        rate / 1e9,
+                        rates.iter().map(|r: &f64| format!("{:.0}", r / rate)).collect::<Vec<_>>().join(", ")
+                    ),
+                    None => println!("       LAMMPS could not be run: see verification/peers/lammps_peri.py"),
                 }
             }
         }

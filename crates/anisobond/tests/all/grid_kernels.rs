@@ -244,11 +244,6 @@ fn kernels_agree_with_their_naive_twin() {
     agrees::<f64>(2e-15);
 }
 
-#[test]
-fn kernels_of_single_precision_agree_to_it() {
-    agrees::<f32>(1e-6);
-}
-
 fn calibrated(nodes: [usize; 3], periodic: [bool; 3], nodal: bool) -> Setup {
     let mut setup = setup(nodes, periodic, Shape::Sphere { radius: 3.0 }, 3.0, Fill::Full);
     let bonds = setup.neighbourhood.bonds().len();

@@ -161,11 +161,6 @@ fn kernels_agree_with_their_naive_twin() {
     agrees::<f64>(1e-12);
 }
 
-#[test]
-fn kernels_of_single_precision_agree_to_it() {
-    agrees::<f32>(1e-4);
-}
-
 /// Forces are −∂energy/∂u of the kernels' energy, and their own derivative is the naive twin's tangent, far from the start.
 #[test]
 fn force_and_tangent_are_derivatives_of_one_energy() {

@@ -18,7 +18,6 @@ pub struct Aligned<T> {
 /// Types of which every pattern of bits is a value, zero bits the number zero.
 pub trait Plain: Copy + Send + Sync + 'static {}
 impl Plain for f64 {}
-impl Plain for f32 {}
 impl Plain for u8 {}
 impl Plain for u16 {}
 

@@ -24,7 +24,7 @@ const MOST_HALF_BONDS: usize = 1024;
 
 /// The bonds of a body on a grid, with one bit per half bond.
 ///
-/// Displacements are stored as `T`, f64 or f32; everything else that is given or returned is f64, SI units.
+/// Displacements are stored as `T`; everything that is given or returned is f64, SI units.
 #[derive(Debug)]
 pub struct GridBonds<T: Real = f64> {
     pub(super) body: Body,

@@ -1,4 +1,4 @@
-//! The two storage types of the kernels.
+//! The storage type of the kernels.
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, BitAnd, BitAndAssign, BitOrAssign, Mul, Neg, Not, Sub};
@@ -19,7 +19,7 @@ pub trait Word:
     fn bits(self) -> u32;
 }
 
-/// The storage type of displacements in the kernels: `f64` or `f32`.
+/// The storage type of displacements in the kernels.
 pub trait Real:
     Plain
     + Debug
@@ -96,4 +96,3 @@ macro_rules! real {
 }
 
 real!(f64, u8, 4);
-real!(f32, u16, 8);

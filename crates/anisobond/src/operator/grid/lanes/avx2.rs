@@ -1,4 +1,4 @@
-//! AVX2 with fused multiply-add: 4 numbers of f64, 8 of f32, masks as lanes of ones.
+//! AVX2 with fused multiply-add: 4 numbers, masks as lanes of ones.
 
 use std::arch::x86_64::*;
 
@@ -16,10 +16,6 @@ pub trait Register {
 
 impl Register for f64 {
     type Register = __m256d;
-}
-
-impl Register for f32 {
-    type Register = __m256;
 }
 
 macro_rules! avx2 {
@@ -144,30 +140,4 @@ avx2!(
     _mm256_cmpeq_epi64,
     _mm256_castsi256_pd,
     _mm256_setr_epi64x(1, 2, 4, 8)
-);
-
-avx2!(
-    f32,
-    8,
-    __m256,
-    i32,
-    _mm256_set1_ps,
-    _mm256_load_ps,
-    _mm256_store_ps,
-    _mm256_add_ps,
-    _mm256_sub_ps,
-    _mm256_mul_ps,
-    _mm256_div_ps,
-    _mm256_sqrt_ps,
-    _mm256_fmadd_ps,
-    _mm256_fnmadd_ps,
-    _mm256_cmp_ps,
-    _mm256_and_ps,
-    _mm256_andnot_ps,
-    _mm256_or_ps,
-    _mm256_movemask_ps,
-    _mm256_set1_epi32,
-    _mm256_cmpeq_epi32,
-    _mm256_castsi256_ps,
-    _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128)
 );

@@ -1,4 +1,4 @@
-//! AVX-512: 8 numbers of f64, 16 of f32, masks in registers of their own.
+//! AVX-512: 8 numbers, masks in registers of their own.
 
 use std::arch::x86_64::*;
 
@@ -16,10 +16,6 @@ pub trait Register {
 
 impl Register for f64 {
     type Register = __m512d;
-}
-
-impl Register for f32 {
-    type Register = __m512;
 }
 
 /// Parts of 128 bits of four registers, transposed.
@@ -53,36 +49,6 @@ unsafe fn transposed_pd(rows: [__m512d; 8]) -> [__m512d; 8] {
         }
         let ([a, c, e, g], [b, d, f, h]) = (transposed_parts(even), transposed_parts(odd));
         [a, b, c, d, e, f, g, h]
-    }
-}
-
-/// Sixteen registers of sixteen numbers, transposed.
-#[inline(always)]
-unsafe fn transposed_ps(rows: [__m512; 16]) -> [__m512; 16] {
-    // SAFETY: the caller's contract.
-    unsafe {
-        // Column c modulo 4 of rows 4a … 4a + 3, in each part.
-        let mut of_column = [[_mm512_setzero_pd(); 4]; 4];
-        for a in 0..4 {
-            let mut pairs = [_mm512_setzero_pd(); 4];
-            for b in 0..2 {
-                let (row, next) = (rows[4 * a + 2 * b], rows[4 * a + 2 * b + 1]);
-                pairs[b] = _mm512_castps_pd(_mm512_unpacklo_ps(row, next));
-                pairs[b + 2] = _mm512_castps_pd(_mm512_unpackhi_ps(row, next));
-            }
-            for half in 0..2 {
-                of_column[2 * half][a] = _mm512_unpacklo_pd(pairs[2 * half], pairs[2 * half + 1]);
-                of_column[2 * half + 1][a] = _mm512_unpackhi_pd(pairs[2 * half], pairs[2 * half + 1]);
-            }
-        }
-        let mut out = rows;
-        for c in 0..4 {
-            let parts = transposed_parts(of_column[c]);
-            for part in 0..4 {
-                out[4 * part + c] = _mm512_castpd_ps(parts[part]);
-            }
-        }
-        out
     }
 }
 
@@ -261,28 +227,4 @@ avx512!(
     [5.0 / 16.0, 3.0 / 8.0, 0.5],
     transposed_pd,
     _mm512_storeu_pd
-);
-
-avx512!(
-    f32,
-    16,
-    __mmask16,
-    _mm512_set1_ps,
-    _mm512_load_ps,
-    _mm512_store_ps,
-    _mm512_add_ps,
-    _mm512_sub_ps,
-    _mm512_mul_ps,
-    _mm512_div_ps,
-    _mm512_sqrt_ps,
-    _mm512_fmadd_ps,
-    _mm512_fnmadd_ps,
-    _mm512_cmp_ps_mask,
-    _mm512_maskz_mov_ps,
-    _mm512_maskz_sub_ps,
-    _mm512_maskz_mul_ps,
-    _mm512_rsqrt14_ps,
-    [3.0 / 8.0, 0.5],
-    transposed_ps,
-    _mm512_storeu_ps
 );

@@ -29,7 +29,7 @@ use super::real::Real;
 /// An instruction set that has kernels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InstructionSet {
-    /// AVX-512 F, DQ, BW and VL: 8 numbers of f64, 16 of f32.
+    /// AVX-512 F, DQ, BW and VL: 8 numbers.
     Avx512,
     /// AVX2 with fused multiply-add: 4 and 8.
     Avx2,

@@ -100,4 +100,3 @@ macro_rules! portable {
 }
 
 portable!(f64, 4);
-portable!(f32, 8);
