@@ -99,13 +99,7 @@ fn setup(nodes: [usize; 3], periodic: [bool; 3], shape: Shape, horizon: f64, fil
 
 impl Setup {
     fn naive(&self) -> NaiveBonds<'_> {
-        NaiveBonds {
-            body: &self.body,
-            neighbourhood: &self.neighbourhood,
-            stencil: &self.stencil,
-            stencils: &self.stencils,
-            broken: Default::default(),
-        }
+        NaiveBonds::whole(&self.body, &self.neighbourhood, &self.stencil, &self.stencils)
     }
 
     fn kernels<T: Real>(&self, set: InstructionSet) -> GridBonds<T> {

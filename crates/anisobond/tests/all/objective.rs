@@ -69,7 +69,7 @@ fn table() -> Vec<Setup> {
 impl Setup {
     fn naive(&self) -> NaiveBonds<'_> {
         let Setup { body, neighbourhood, stencil, stencils, .. } = self;
-        let mut naive = NaiveBonds { body, neighbourhood, stencil, stencils, broken: Default::default() };
+        let mut naive = NaiveBonds::whole(body, neighbourhood, stencil, stencils);
         if let Some(side) = self.crack {
             let crosses = |&(i, b, _): &(usize, usize, usize)| {
                 let p = body.grid.position(i);

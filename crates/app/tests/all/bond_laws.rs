@@ -2,7 +2,7 @@
 
 use crate::common;
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use anisobond::bond_law::{BondLaw, BondState, ElasticPlastic, TableSoftening};
@@ -33,13 +33,7 @@ fn bonds_follow_the_scalar_law() {
     let body = Body::full(grid.clone());
     let stencil = vec![1; grid.len()];
     let stencils = vec![Stencil::new(&neighbourhood, &vec![1e20; neighbourhood.bonds().len()]).breaking_at(0.01)];
-    let naive = NaiveBonds {
-        body: &body,
-        neighbourhood: &neighbourhood,
-        stencil: &stencil,
-        stencils: &stencils,
-        broken: HashSet::new(),
-    };
+    let naive = NaiveBonds::whole(&body, &neighbourhood, &stencil, &stencils);
     let list = naive.bonds();
     for (law, kinematics) in
         laws().into_iter().flat_map(|l| [Kinematics::Linear, Kinematics::Finite].map(|k| (l.clone(), k)))

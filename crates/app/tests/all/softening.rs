@@ -2,7 +2,7 @@
 
 use crate::common;
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use anisobond::bond_law::LinearSoftening;
@@ -43,13 +43,7 @@ fn softening_agrees_with_a_list_of_bonds() {
     for kinematics in [Kinematics::Linear, Kinematics::Finite] {
         let grid = GridBonds::<f64>::new(body.clone(), &neighbourhood, stencil.clone(), stencils.clone()).unwrap();
         let mut bonds = FailingBonds::new(grid, Arc::new(LinearSoftening::new(ratio).unwrap()));
-        let naive = NaiveBonds {
-            body: &body,
-            neighbourhood: &neighbourhood,
-            stencil: &stencil,
-            stencils: &stencils,
-            broken: HashSet::new(),
-        };
+        let naive = NaiveBonds::whole(&body, &neighbourhood, &stencil, &stencils);
         let list = naive.bonds();
         let half = |node: usize, b: usize| {
             let s = &stencils[usize::from(stencil[node]) - 1];

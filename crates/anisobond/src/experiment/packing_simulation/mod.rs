@@ -13,7 +13,7 @@ use nalgebra::{Matrix3, Vector3};
 use self::loading::Loading;
 use self::loose::Joined;
 pub use self::problem::{CellDrive, CellState, Leavers, PackingEvidence, PackingProblem, Peak, ServoPlan};
-use self::statics::Rest;
+use self::statics::{Rest, settle_start};
 use super::checked::Checked;
 use super::outcome::{Outcome, StepLook};
 use super::particles::{MotionPlan, ParticleMotion, checked_step};
@@ -319,7 +319,7 @@ impl ServoPlan {
 fn motion(problem: &PackingProblem, loading: &Loading, joined: &Joined, look: StepLook) -> Result<ParticleMotion> {
     let mut particles = Particles::new(problem.model.clone())?;
     if let Schedule::Motion { from_equilibrium: true, .. } = problem.schedule {
-        PackingSimulation::settled_start(problem, loading, joined, &mut particles, look)?;
+        settle_start(problem, loading, joined, &mut particles, look)?;
     }
     for (spheres, velocity) in &problem.initial_velocity {
         spheres.iter().for_each(|&s| particles.set_velocity(s as usize, velocity));

@@ -4,7 +4,6 @@ use std::cell::{Cell, RefCell};
 
 use nalgebra::Vector3;
 
-use super::PackingSimulation;
 use super::loading::Loading;
 use super::loose::Joined;
 use super::problem::PackingProblem;
@@ -24,7 +23,6 @@ const MOST_ITERATIONS: usize = 100_000;
 const START_TOLERANCE: f64 = 1e-8;
 
 /// Force and moment that loads and supports put on each sphere, and where they have brought it.
-#[derive(Clone)]
 pub(super) struct External {
     pub force: Vec<[Vector3<f64>; 2]>,
     pub displacement: Vec<Vector3<f64>>,
@@ -120,8 +118,7 @@ impl Rest {
         let place = format!("load step {} of {}", self.step + 1, self.steps);
         let can_fail = problem.model.strength.is_some();
         let whole = can_fail.then(|| self.particles.clone());
-        let External { displacement, rotation, .. } = self.external.clone();
-        let from = SpheresAtRest::placed(displacement, rotation);
+        let from = SpheresAtRest::placed(self.external.displacement.clone(), self.external.rotation.clone());
         let (external, loads) = (&self.external, loading.loads(factor));
         let account = Cell::new(Account { strain: self.ledger.strain, ..Account::default() });
         let within = Cell::new(WithinStep::default());
@@ -182,7 +179,8 @@ impl Rest {
         let (how, what) = match (ended, why.into_inner(), report) {
             (SettlingEnd::AtRest, _, Some(report)) => {
                 self.last = Some(StaticEvidence { equilibria, broken: account.broken, report });
-                self.external = external_of(rest, &loads);
+                let force = acting(&rest, &loads);
+                self.external = External { force, displacement: rest.displacement, rotation: rest.rotation };
                 self.sums = sums.get();
                 self.step += 1;
                 self.ledger.strain = account.strain;
@@ -208,7 +206,7 @@ impl Rest {
         Ok(())
     }
 
-    /// As [`PackingSimulation::time`].
+    /// As [`super::PackingSimulation::time`].
     pub(super) fn load_factor(&self) -> f64 {
         match &self.outcome {
             Outcome::Broke(b) | Outcome::NotConverged(b) if self.broken.is_none() => b.not_reached,
@@ -216,7 +214,7 @@ impl Rest {
         }
     }
 
-    /// As [`PackingSimulation::show_broken`].
+    /// As [`super::PackingSimulation::show_broken`].
     pub(super) fn show_broken(&mut self) {
         if let Some(state) = self.broken.take() {
             (self.particles, self.sums) = state;
@@ -224,32 +222,33 @@ impl Rest {
     }
 }
 
-impl PackingSimulation {
-    /// Equilibrium at the start of a motion.
-    pub(super) fn settled_start(
-        problem: &PackingProblem,
-        loading: &Loading,
-        joined: &Joined,
-        particles: &mut Particles,
-        look: StepLook,
-    ) -> Result<()> {
-        let seen = |iterations, residual| look(&WithinStep { iterations, residual, ..WithinStep::default() });
-        let start = at_rest(problem, loading, joined, (particles, None), 0.0, &seen);
-        let start = start.map_err(|e| e.at("equilibrium at the start"))?;
-        for (sphere, (u, theta)) in start.displacement.iter().zip(&start.rotation).enumerate() {
-            particles.move_by(sphere, u);
-            particles.turn_by(sphere, theta);
-        }
-        if problem.model.strength.is_none() {
-            return Ok(());
-        }
-        match particles.clone().evaluate_at_rest(0.0)?.broken.changed {
-            0 => Ok(()),
-            failed => Err(Error::input(
-                format!("the body breaks in its equilibrium at the start: {failed} bonds are beyond their strength"),
-                "use smaller loads at time 0, or leave from_equilibrium out and let them grow",
-            )),
-        }
+/// Bring spheres to the equilibrium that a motion starts from.
+///
+/// # Errors
+/// As [`at_rest`]; bonds that fail there.
+pub(super) fn settle_start(
+    problem: &PackingProblem,
+    loading: &Loading,
+    joined: &Joined,
+    particles: &mut Particles,
+    look: StepLook,
+) -> Result<()> {
+    let seen = |iterations, residual| look(&WithinStep { iterations, residual, ..WithinStep::default() });
+    let start = at_rest(problem, loading, joined, (particles, None), 0.0, &seen);
+    let start = start.map_err(|e| e.at("equilibrium at the start"))?;
+    for (sphere, (u, theta)) in start.displacement.iter().zip(&start.rotation).enumerate() {
+        particles.move_by(sphere, u);
+        particles.turn_by(sphere, theta);
+    }
+    if problem.model.strength.is_none() {
+        return Ok(());
+    }
+    match particles.clone().evaluate_at_rest(0.0)?.broken.changed {
+        0 => Ok(()),
+        failed => Err(Error::input(
+            format!("the body breaks in its equilibrium at the start: {failed} bonds are beyond their strength"),
+            "use smaller loads at time 0, or leave from_equilibrium out and let them grow",
+        )),
     }
 }
 
@@ -302,26 +301,26 @@ fn lost_spheres(problem: &PackingProblem, joined: &Joined, bonds: &[crate::opera
     (0..joins.len() as u32).filter(|&s| !joins[s as usize]).collect()
 }
 
-/// What acts on spheres that have come to rest.
-fn external_of(rest: SpheresAtRest, loads: &[PointLoad]) -> External {
-    let mut force = rest.reaction;
+/// Force (N) and moment (N·m) that supports and loads put on each of the spheres that have come to rest.
+fn acting(rest: &SpheresAtRest, loads: &[PointLoad]) -> Vec<[Vector3<f64>; 2]> {
+    let mut force = rest.reaction.clone();
     for load in loads {
         force[load.sphere as usize][0] += load.force;
         force[load.sphere as usize][1] += load.moment;
     }
-    External { force, displacement: rest.displacement, rotation: rest.rotation }
+    force
 }
 
 /// Work of mean forces on the way from one equilibrium of linear bonds to the next (J).
 fn work(before: &External, rest: &SpheresAtRest, loads: &[PointLoad]) -> f64 {
-    let now = external_of(rest.clone(), loads);
+    let force = acting(rest, loads);
     let of = |sphere: usize| {
-        let u = now.displacement[sphere] - before.displacement[sphere];
-        let theta = now.rotation[sphere] - before.rotation[sphere];
-        let [f, m] = [0, 1].map(|k| 0.5 * (now.force[sphere][k] + before.force[sphere][k]));
+        let u = rest.displacement[sphere] - before.displacement[sphere];
+        let theta = rest.rotation[sphere] - before.rotation[sphere];
+        let [f, m] = [0, 1].map(|k| 0.5 * (force[sphere][k] + before.force[sphere][k]));
         f.dot(&u) + m.dot(&theta)
     };
-    (0..now.force.len()).map(of).sum()
+    (0..force.len()).map(of).sum()
 }
 
 /// Work of loads that rest (J); supports rest, too.

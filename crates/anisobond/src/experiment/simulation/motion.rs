@@ -174,8 +174,9 @@ impl RowKick<'_> {
                 velocity[load.element] += self.kick.push(*force, per_mass);
             }
         }
-        if self.kick.local > 0.0 {
-            self.drag(region, force, &loaded, before, &mut velocity);
+        let damped = (self.kick.local > 0.0).then(|| [0, 1, 2].map(|axis| acting(force[axis], &loaded, axis)));
+        if let Some(acting) = &damped {
+            self.drag(region, acting, before, &mut velocity);
         }
         held.iter().for_each(|h| velocity[h.axis][h.element] = h.after);
 
@@ -192,27 +193,19 @@ impl RowKick<'_> {
             work(h.element, h.axis, self.reaction(h, region, force, &loaded));
         }
         self.add_energies(&mut sums, first, region, force, before, &velocity);
-        if self.kick.local > 0.0 {
-            self.add_drag(&mut sums, region, force, (&loaded, &held), before, &velocity);
+        if let Some(acting) = &damped {
+            self.add_drag(&mut sums, region, acting, &held, before, &velocity);
         }
         sums
     }
 
     /// Slow the velocities of a row by local damping.
-    fn drag(
-        &self,
-        region: &[u16],
-        force: [&[f64]; 3],
-        loaded: &[Loaded],
-        before: [&[f64]; 3],
-        velocity: &mut [&mut [f64]; 3],
-    ) {
+    fn drag(&self, region: &[u16], acting: &[Vec<f64>; 3], before: [&[f64]; 3], velocity: &mut [&mut [f64]; 3]) {
         let first = self.kick.step != self.step;
         for axis in 0..3 {
-            let acting = acting(force[axis], loaded, axis);
             for (e, &r) in region.iter().enumerate().filter(|(_, r)| **r > 0) {
                 let per_mass = self.per_mass[usize::from(r)];
-                let drag = self.kick.drag(first, before[axis][e], acting[e], 1.0 / per_mass);
+                let drag = self.kick.drag(first, before[axis][e], acting[axis][e], 1.0 / per_mass);
                 velocity[axis][e] -= self.kick.push(drag, per_mass);
             }
         }
@@ -223,20 +216,19 @@ impl RowKick<'_> {
         &self,
         sums: &mut RowSums,
         region: &[u16],
-        force: [&[f64]; 3],
-        (loaded, held): (&[Loaded], &[Held]),
+        acting: &[Vec<f64>; 3],
+        held: &[Held],
         before: [&[f64]; 3],
         velocity: &[&mut [f64]; 3],
     ) {
         let (keep, push) = self.kick.factors();
         for axis in 0..3 {
-            let acting = acting(force[axis], loaded, axis);
             for (e, &r) in region.iter().enumerate().filter(|(_, r)| **r > 0) {
                 if held.iter().any(|h| h.axis == axis && h.element == e) {
                     continue;
                 }
                 let mass = 1.0 / self.per_mass[usize::from(r)];
-                let drag = acting[e] - mass * (velocity[axis][e] - keep * before[axis][e]) / push;
+                let drag = acting[axis][e] - mass * (velocity[axis][e] - keep * before[axis][e]) / push;
                 let (behind, ahead) = self.around(before[axis][e], velocity[axis][e]);
                 sums[2] += 0.5 * self.step * drag * behind;
                 sums[3] += 0.5 * self.step * drag * ahead;

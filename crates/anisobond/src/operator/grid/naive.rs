@@ -74,6 +74,18 @@ impl NodalEnds<'_> {
 /// Shape tensors flatter than this have no inverse, as in `hybrid`.
 const FLAT: f64 = 1e-6;
 
+impl<'a> NaiveBonds<'a> {
+    /// The bonds of a body, none of them broken.
+    pub fn whole(
+        body: &'a Body,
+        neighbourhood: &'a Neighbourhood,
+        stencil: &'a [u16],
+        stencils: &'a [Stencil],
+    ) -> Self {
+        NaiveBonds { body, neighbourhood, stencil, stencils, broken: HashSet::new() }
+    }
+}
+
 impl NaiveBonds<'_> {
     /// Unbroken bonds with both ends: node, bond of the second half, other node.
     pub fn bonds(&self) -> Vec<(usize, usize, usize)> {

@@ -45,21 +45,15 @@ impl DepartedBonds {
         DepartedBonds { law, list: Vec::new() }
     }
 
-    /// Place of a bond in the list.
-    pub(super) fn find(&self, bond: usize) -> Option<usize> {
-        self.list.binary_search_by_key(&(bond as u32), |d| d.bond).ok()
-    }
-
-    /// Stiffnesses g k_n, g k_t (N/m), and the elongation (m) without normal force.
-    pub(super) fn elastic(&self, state: &BondState, bond: &StiffBond, strength: &Strength) -> ([f64; 2], f64) {
-        let secant = self.law.secant(state);
-        ([secant * bond.normal, secant * bond.tangential], permanent(state, bond, strength))
+    /// A bond of the list; `None` of one that is not in it.
+    pub(super) fn find(&self, bond: usize) -> Option<&Departed> {
+        self.list.binary_search_by_key(&(bond as u32), |d| d.bond).ok().map(|place| &self.list[place])
     }
 
     /// What a bond in a state carries where its ends are.
     pub(super) fn carried(&self, state: &BondState, bond: &StiffBond, strength: &Strength, at: &Stretched) -> Carried {
-        let (stiffness, permanent) = self.elastic(state, bond, strength);
-        at.carried(stiffness, permanent)
+        let secant = self.law.secant(state);
+        at.carried([secant * bond.normal, secant * bond.tangential], permanent(state, bond, strength))
     }
 
     /// Let a bond follow its law from where its ends were to where they are now.

@@ -136,7 +136,7 @@ impl Particles {
         }
         let b = &self.model.bonds[bond];
         Some(match self.departed.find(bond) {
-            Some(place) => self.carried_by(&self.departed.list[place]),
+            Some(departed) => self.carried_by(departed),
             None => self.stretched(bond).carried([b.normal, b.tangential], 0.0),
         })
     }
@@ -145,7 +145,7 @@ impl Particles {
     pub(super) fn spent(&self, bond: usize) -> f64 {
         match self.departed.find(bond) {
             _ if !self.whole[bond] => 1.0,
-            Some(place) => self.departed.law.damage(&self.departed.list[place].state),
+            Some(departed) => self.departed.law.damage(&departed.state),
             None => 0.0,
         }
     }
@@ -157,7 +157,7 @@ impl Particles {
         let of = |(number, bond): (usize, &StiffBond)| {
             let secant = match self.departed.find(number) {
                 _ if !self.whole[number] => return None,
-                Some(place) => self.departed.law.secant(&self.departed.list[place].state),
+                Some(departed) => self.departed.law.secant(&departed.state),
                 None => 1.0,
             };
             Some(StiffBond { normal: secant * bond.normal, tangential: secant * bond.tangential, ..*bond })
